@@ -1,5 +1,5 @@
-// The hash of a contestant's answers that stands beside its time: FNV-1a over words of 64 bits, with the upper half
-// mixed in.
+// The hash of a contestant's answers, printed beside its time: FNV-1a over words of 64 bits, with the upper half mixed
+// in.
 #pragma once
 #include <cstdint>
 

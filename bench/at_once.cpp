@@ -1,3 +1,4 @@
+// Threads that begin the same job at the same time.
 #include "at_once.h"
 
 namespace tandem::bench {

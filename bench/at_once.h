@@ -7,8 +7,8 @@
 
 namespace tandem::bench {
 
-/// Threads that begin the same job together: the caller and copies - 1 others, which sleep between two jobs. Nobody
-/// begins before all of them are awake.
+/// Threads that begin the same job at the same time: the caller and copies - 1 others, which sleep between two jobs.
+/// None begins before all are awake.
 class AtOnce {
  public:
   explicit AtOnce(int copies);
@@ -16,7 +16,7 @@ class AtOnce {
   AtOnce(const AtOnce&) = delete;
   AtOnce& operator=(const AtOnce&) = delete;
 
-  /// job(i) for i in [0, copies), each on its own thread; returns when all have ended. The job must not throw.
+  /// Runs job(i) for i in [0, copies), each on its own thread; returns when all have ended. The job must not throw.
   void run(const std::function<void(int)>& job);
 
  private:
@@ -30,7 +30,7 @@ class AtOnce {
   std::vector<std::jthread> others_;
 };
 
-/// "2 copies".
+/// The name of a contestant in several copies: "2 copies".
 std::string copies_name(int copies);
 
 }  // namespace tandem::bench

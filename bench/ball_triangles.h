@@ -1,3 +1,4 @@
+// Triangles of a ball by rings, for the meshes of several benches.
 #pragma once
 #include <cstdint>
 
@@ -5,8 +6,8 @@
 
 namespace tandem::bench {
 
-/// Adds the triangles of a ball whose vertices are there: the lower pole, rings - 1 circles of `turns` vertices each
-/// from below, the upper pole. 2 * turns * (rings - 1) of them, outward.
+/// Adds the triangles of a ball to a mesh whose vertices are in this order: the lower pole, rings - 1 circles of
+/// `turns` vertices each from below, the upper pole. Adds 2 * turns * (rings - 1) triangles, oriented outward.
 inline void add_ball_triangles(Mesh& mesh, int turns, int rings) {
   const auto at = [turns](int j, int i) { return static_cast<std::uint32_t>(1 + (j - 1) * turns + i % turns); };
   const auto top = static_cast<std::uint32_t>(mesh.vertices.size() - 1);

@@ -1,5 +1,5 @@
-// Meshes by size, from built to asked: pairs of triangles that meet, of two and of one with itself, distances apart and
-// overlapping, beside FCL, Embree and CGAL.
+// Meshes by size, built and queried: pairs of intersecting triangles, of two meshes and of one with itself, distances
+// of separated and overlapping meshes; beside FCL, Embree and CGAL.
 #include <fmt/format.h>
 
 #include <Eigen/Geometry>
@@ -55,7 +55,7 @@ Contestants contestants(const MeshesGiven& given, const std::vector<std::string>
   return all;
 }
 
-/// What is asked for, once; false: the contestant cannot. Notes what was found in `more`, exactly in `hash`.
+/// A query, run once; returns false if the contestant cannot answer it. Notes the answer in `more`, exactly in `hash`.
 struct Question {
   std::string name;
   std::function<bool(MeshContestant&, Row&)> ask;
@@ -98,7 +98,7 @@ std::vector<Row> ask(const Question& question, const Contestants& contestants, s
     row.contestant = c->name();
     row.threads = c->threads();
     row.n = size;
-    // With cold caches; where it takes long, this is what counts.
+    // The first run, with cold caches; the only one where it takes long.
     const auto clock = row.threads == 1 ? cpu_ns : wall_ns;
     const double begin = clock();
     if (!question.ask(*c, row)) continue;
@@ -113,7 +113,7 @@ std::vector<Row> ask(const Question& question, const Contestants& contestants, s
       question.ask(*those[k], rows[k]);
       rows[k].time.add(clock() - begin);
     }
-  // All that are exact have found the same.
+  // All exact contestants must have found the same.
   for (std::size_t k = 0; k < rows.size(); ++k) {
     rows[k].more["agrees"] = rows[k].hash == rows[0].hash;
     if (those[k]->is_exact() && rows[k].hash != rows[0].hash)
@@ -139,7 +139,7 @@ void print(const Question& question, const std::vector<Row>& rows) {
 }
 
 void measure(std::size_t size, const Settings& settings, std::vector<Row>& all) {
-  // Tubes that cross; moved on they lie side by side.
+  // Poses: tubes that cross; moved, so that they lie side by side.
   Pose across;
   across.rotation = Eigen::AngleAxisd(0.7, Vec3(1, 2, 3).normalized()).toRotationMatrix();
   across.translation = Vec3(1, 0.1, 0.05);

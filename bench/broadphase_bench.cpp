@@ -1,3 +1,4 @@
+// Broad phases beside each other: overlapping boxes of typical worlds and of those made to break methods.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -24,20 +25,20 @@ struct Entrant {
   std::unique_ptr<BoxContestant> contestant;
   bool ours = false;
   Row row{};
-  Samples cpu{};                               // of the calling thread
-  Samples first_batch{}, first_batch_share{};  // of the step
+  Samples cpu{};                               // processor time of the calling thread
+  Samples first_batch{}, first_batch_share{};  // time until the first batch, and its fraction of the step
   double first_step = 0, longest = 0;          // ns
   std::size_t reported = 0, pairs = 0;
   bool agrees = true;
-  bool exact = true;       // reports just what is wanted
-  bool reference = false;  // runs on one thread beside those on more, to tell what these gain; makes no row
+  bool exact = true;       // reports exactly the wanted pairs
+  bool reference = false;  // runs on one thread to give the speedup of the same on several; makes no row
 
-  /// What is compared, ns: on one thread its processor time, which others on the machine disturb less.
+  /// The time compared, ns: on one thread its processor time, which other processes disturb less.
   double median() const { return row.threads == 1 ? cpu.median() : row.time.median(); }
   double mean() const { return row.threads == 1 ? cpu.mean() : row.time.mean(); }
 };
 
-/// What this machine gives to some threads at all: arithmetic in registers, on one thread and on all of them.
+/// The speedup that this machine gives at best: arithmetic in registers, on one thread and on all of them.
 class Ceiling {
  public:
   void measure(int threads) {
@@ -45,7 +46,7 @@ class Ceiling {
     together_.add(together(threads));
     threads_ = threads;
   }
-  /// How many times faster than on one thread, by medians; 0 without a measurement.
+  /// The speedup over one thread, by medians; 0 without a measurement.
   double ratio() const { return alone_.size() == 0 ? 0 : threads_ * alone_.median() / together_.median(); }
 
  private:
@@ -86,14 +87,15 @@ std::vector<Entrant> entrants(int threads) {
   return all;
 }
 
-/// The pairs that are allowed and truly overlap, each once.
+/// Reduces pairs to the permitted ones that truly overlap, each once.
 void make_exact(const BoxArray& boxes, const PairFilter& filter, std::vector<Pair>& pairs) {
   std::erase_if(pairs, [&](const Pair p) { return !filter.allows(p.a, p.b) || !overlap(boxes[p.a], boxes[p.b]); });
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
 }
 
-/// Independent of the order; a pair that is there twice changes it. The mixer is SplitMix64's (Steele et al. 2014).
+/// A hash independent of the order; a pair that occurs twice changes it. The mixer is SplitMix64's (Steele et al.
+/// 2014).
 std::uint64_t hash_of(const std::vector<Pair>& pairs) {
   std::uint64_t sum = pairs.size();
   for (const Pair p : pairs) {
@@ -107,7 +109,7 @@ std::uint64_t hash_of(const std::vector<Pair>& pairs) {
 
 int default_steps(std::size_t n, bool quick) { return quick ? 4 : n <= 20'000 ? 40 : n <= 200'000 ? 16 : 6; }
 
-/// All steps of one workload and size; every step each entrant in turn, the order rotates.
+/// Runs all steps of a world at one size; in every step each entrant in turn, the order rotates.
 Ceiling race(MovingBoxes& world, int steps, int threads, std::vector<Entrant>& all, Progress& progress) {
   const std::size_t n = all.size();
   Ceiling ceiling;
@@ -189,7 +191,7 @@ void finish(std::string_view workload, std::size_t boxes, int steps, const Ceili
     }
     if (const std::string note = entrant.contestant->note(); !note.empty()) row.more["note"] = note;
   }
-  // Ratios within the same number of threads, by medians and by means.
+  // Ratios among contestants with the same number of threads, by medians and by means.
   for (Entrant& entrant : all) {
     const auto rate = [&](double (Entrant::*score)() const, const std::string& by) {
       double best = std::numeric_limits<double>::infinity(), peer = best;
@@ -276,12 +278,12 @@ std::vector<std::size_t> sizes_of(const BoxWorkload& workload, const Settings& s
   return sizes;
 }
 
-/// By contestant and threads: ns a box at the size before.
+/// The time at the size before, ns a box, by contestant and threads.
 using BoxTimes = std::map<std::pair<std::string, int>, double>;
 
-/// Those that are wanted, and on several threads ours on one, to tell the speedup.
+/// The contestants asked for; on several threads also ours on one, for the speedup.
 std::vector<Entrant> racing(std::size_t n, int threads, const Settings& settings, const BoxTimes& before) {
-  // Who would take longer than this, by what it took at the size before, stays out.
+  // A contestant that would take longer than this, by its time at the size before, is left out.
   constexpr double longest_step = 1.5e9;
   std::vector<Entrant> all = entrants(threads);
   std::erase_if(all, [&](const Entrant& entrant) {
@@ -334,7 +336,7 @@ std::vector<Row> broadphase_bench(const Settings& settings) {
     if (!is_wanted(settings.scenes, workload.name)) continue;
     BoxTimes times;
     for (const std::size_t n : sizes_of(workload, settings)) {
-      // One count after the other: Embree's devices share their threads.
+      // One thread count after the other, since Embree's devices share their threads.
       for (const int threads : thread_counts(settings)) run(workload, n, threads, settings, times, rows);
       fmt::print("\n");
       std::fflush(stdout);

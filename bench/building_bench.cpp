@@ -1,4 +1,4 @@
-// Meshes of all sizes made ready for queries, beside Embree's hierarchies of the same triangles and FCL's.
+// Building the hierarchies of meshes of all sizes, beside Embree's of the same triangles and FCL's.
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -25,7 +25,7 @@ class EmbreeBuilder {
   EmbreeBuilder(const Mesh& mesh, RTCBuildQuality quality, int threads)
       : mesh_(mesh), quality_(quality), device_(rtcNewDevice(("threads=" + std::to_string(threads)).c_str())) {
     for (const Vec3& v : mesh.vertices) places_.push_back(v.cast<float>());
-    places_.emplace_back(0, 0, 0);  // it reads beyond the last
+    places_.emplace_back(0, 0, 0);  // Embree reads beyond the last vertex
   }
   EmbreeBuilder(const EmbreeBuilder&) = delete;
   EmbreeBuilder& operator=(const EmbreeBuilder&) = delete;
@@ -77,7 +77,7 @@ void run(Task& task) {
   task.cpu.add(process_cpu_ns() - cpu);
 }
 
-// Each mesh is given away: the copy is made before.
+// The shape takes the mesh, so a copy is made before the clock starts.
 void build_tandem(std::optional<Mesh>& spare, const Mesh& mesh, const PartRunner& parts) {
   const Shape shape(spare ? std::move(*spare) : Mesh(mesh), BuildOptions{.parts = parts});
   spare.reset();
@@ -112,7 +112,7 @@ void measure(const std::string& workload, const Mesh& mesh, int repeat, std::vec
     for (Task& task : tasks) {
       if (task.contestant == "tandem") spare = mesh;
       run(task);
-      if (r == 0) task.wall = {}, task.cpu = {};  // with cold caches
+      if (r == 0) task.wall = {}, task.cpu = {};  // the first run has cold caches: not counted
     }
   const ShapeMemory memory = Shape(mesh).memory_by_part();
   const auto count = static_cast<double>(mesh.triangles.size());

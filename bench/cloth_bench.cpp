@@ -1,5 +1,5 @@
-// A sheet of cloth that folds over a ball and onto itself: new vertices, the pairs of triangles that meet the ball's
-// and those that meet each other, beside FCL's three kinds of update.
+// A piece of cloth that folds over a ball and onto itself: time of setting new vertices, of the triangle pairs with the
+// ball and within the cloth, beside FCL's three kinds of update.
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 #include <fmt/format.h>
@@ -25,7 +25,8 @@ namespace {
 using TrianglePairList = std::vector<std::array<std::uint32_t, 2>>;
 using Model = ::fcl::BVHModel<::fcl::OBBRSS<double>>;
 
-// Of side 2, metres; half of it is rolled up about a radius and comes down on the other half, wrinkled.
+// A point of the cloth, of side 2 metres: half of it is rolled up about a radius and comes down on the other half,
+// wrinkled.
 Vec3 folded(double x, double y, double t) {
   constexpr double radius = 0.1;
   const double angle = 1.25 * std::numbers::pi * t, arc = std::clamp(x / radius, 0.0, angle);
@@ -55,7 +56,7 @@ Mesh sheet(int n) {
   return mesh;
 }
 
-// A surface of 2 turns (rings - 1) triangles, which reaches through the part of the sheet that stays.
+// A ball of 2 turns (rings - 1) triangles, which penetrates the half that stays.
 Mesh ball() {
   constexpr int turns = 140, rings = 70;
   Mesh mesh;
@@ -87,7 +88,7 @@ void move_to(Model& model, const std::vector<Vec3>& vertices, FclUpdate how) {
   }
 }
 
-// All that FCL finds; with itself one of each two alike, those that share a vertex left out.
+// All pairs that FCL finds; of a mesh with itself each pair once, without those that share a vertex.
 TrianglePairList fcl_pairs(const Model& a, const Model& b, const Mesh* itself) {
   const ::fcl::Transform3d home = ::fcl::Transform3d::Identity();
   ::fcl::CollisionResultd result;
@@ -112,7 +113,7 @@ std::uint64_t hash_of(const TrianglePairList& pairs) {
   return hash;
 }
 
-/// What one contestant does in a step; answers what it found, if it was asked for pairs.
+/// The work of one contestant in a step; returns the pairs found, if asked for pairs.
 struct PairTask {
   std::string workload, contestant;
   int threads;
@@ -131,14 +132,15 @@ void run(PairTask& task) {
   task.pairs += pairs.size();
 }
 
-/// Whether it found other pairs than the first that was asked for the same, which is tandem after a refit.
+/// True if it found other pairs than the first task with the same question, which is tandem after a refit.
 bool differs(const PairTask& task, const std::vector<PairTask>& tasks) {
   const auto first =
       std::find_if(tasks.begin(), tasks.end(), [&](const PairTask& t) { return t.workload == task.workload; });
   return first->hash != task.hash;
 }
 
-/// All must have found the same but FCL after its update, which now and then loses pairs that it finds after a rebuild.
+/// All must have found the same, except FCL after its update, which now and then loses pairs that it finds after a
+/// rebuild.
 void require_agreement(const std::vector<PairTask>& tasks) {
   for (const PairTask& task : tasks)
     if (differs(task, tasks) && task.contestant != "FCL, update")

@@ -1,3 +1,4 @@
+// Runs contestants in turn on the same recorded poses, and compares their contacts.
 #include "contest.h"
 
 #include <fmt/format.h>
@@ -24,9 +25,9 @@ void work_for(std::chrono::microseconds time) {
   }
 }
 
-/// Puts the calling thread on one of the cores that it may use, the next one each time, and leaves it free to go.
-/// The cores of a shared machine are of unlike speed for seconds at a time; a contestant whose busiest thread always
-/// has the same core would be compared with one whose busiest thread has the other.
+/// Moves the calling thread to one of the cores that it may use, the next one each time, and then lets it migrate
+/// again. The cores of a shared machine differ in speed for seconds at a time; a contestant whose busiest thread always
+/// ran on the same core could not be compared with one whose busiest thread ran on another.
 class CoreInTurn {
  public:
   CoreInTurn() {
@@ -40,7 +41,7 @@ class CoreInTurn {
     cpu_set_t one;
     CPU_ZERO(&one);
     CPU_SET(cores_[at_++ % cores_.size()], &one);
-    // Refused, it stays where it is, which is no worse than before.
+    // If refused, the thread stays where it is, which is no worse.
     if (sched_setaffinity(0, sizeof one, &one) == 0) sched_setaffinity(0, sizeof allowed_, &allowed_);
   }
 
@@ -50,7 +51,7 @@ class CoreInTurn {
   std::size_t at_ = 0;
 };
 
-/// One contestant's pipelines: one, or copies that detect at once.
+/// A contestant's pipelines: one, or several copies that detect at the same time.
 class Entry {
  public:
   Entry(const Contestant& contestant, double margin) {
@@ -69,7 +70,7 @@ class Entry {
       const auto at = static_cast<std::size_t>(i);
       reports[at] = pipelines_[at].step(scene);
     });
-    // Together they do so many steps a millisecond.
+    // The copies together do so many steps a millisecond.
     double rate = 0;
     for (const StepReport& report : reports) rate += 1 / report.execution.detect_ms;
     StepReport& first = reports.front();
@@ -84,7 +85,7 @@ class Entry {
   std::unique_ptr<AtOnce> crew_;
 };
 
-/// Moves the bodies that are elsewhere.
+/// Sets the poses of the bodies that moved.
 void place(Scene& scene, const std::vector<Pose>& poses) {
   for (std::uint32_t i = 0; i < scene.indices(); ++i) {
     const Pose& now = scene.poses()[i];
@@ -104,7 +105,8 @@ void contest(Scene scene, const std::vector<Contestant>& contestants, const Roun
   Response response;
   Scene ahead = scene;
   const std::size_t n = pipelines.size();
-  // Who ran before on one thread alone leaves the other cores asleep and cold: that must not be always the same one.
+  // A contestant that ran on one thread leaves the other cores idle and cold, so the next one must not always be the
+  // same.
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::mt19937 random(1);

@@ -1,5 +1,5 @@
-// How close the bounds on the depth of two solids are that are deep in each other: what the query of the distance says,
-// and penetration_depth by how many boxes of translations it may look at.
+// How close the bounds on the depth of two solids deep in each other are: those of the distance query, and those of
+// penetration_depth by the number of boxes of translations that it may examine.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ namespace {
 constexpr double wanted = 0.05, allowed = 0.2;  // gaps relative to the upper bound
 constexpr double rounding_of_depths = 1e-9;
 
-// Of one budget: the relative gaps, and what they took.
+// The relative gaps and times of one budget.
 struct Spread {
   Row row;
   std::vector<double> gaps;

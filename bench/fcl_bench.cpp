@@ -1,5 +1,5 @@
-// tandem::fcl::CollisionManager beside FCL's own managers on the same moving objects: each operation of each step by
-// every manager in turn, in one process.
+// tandem::fcl::CollisionManager beside FCL's own managers on the same moving objects: every manager does each operation
+// of each step in turn, in one process.
 #include <fcl/broadphase/broadphase_SaP.h>
 #include <fcl/broadphase/broadphase_bruteforce.h>
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
@@ -21,7 +21,7 @@ namespace {
 using Object = ::fcl::CollisionObject<double>;
 using Manager = ::fcl::BroadPhaseCollisionManager<double>;
 
-/// Boxes and spheres, a share of which turns and goes by up to a fiftieth of an edge a step.
+/// Boxes and spheres, a fraction of which rotates and moves by up to a fiftieth of an edge a step.
 class Objects {
  public:
   Objects(std::size_t n, double share) : side_(1.6 * std::cbrt(static_cast<double>(n))) {
@@ -43,7 +43,7 @@ class Objects {
     for (const auto& object : objects_) out.push_back(object.get());
     return out;
   }
-  /// A step of those that move, from wall to wall.
+  /// One step of the objects that move, between the walls.
   void move() {
     for (std::size_t i = 0; i < moving_.size(); ++i) {
       Moving& m = moving_[i];
@@ -55,7 +55,7 @@ class Objects {
       object.computeAABB();
     }
   }
-  /// One that is registered nowhere, anywhere in the world; a distance is asked from `beyond` of its side.
+  /// An object that is not registered, anywhere in the world; for distances `beyond` away from its side.
   Object stranger(double beyond) {
     Object object(std::make_shared<::fcl::Boxd>(1, 1, 1), turn(), point() + ::fcl::Vector3d(0, 0, beyond * side_));
     object.setUserData(reinterpret_cast<void*>(objects_.size()));
@@ -83,7 +83,7 @@ class Objects {
   std::vector<std::unique_ptr<Object>> objects_;
 };
 
-/// A hash of the pairs that does not depend on their order, and the least distance.
+/// A hash of the pairs, independent of their order, and the least distance.
 struct Answer {
   std::uint64_t pairs = 0, hash = 0;
   double least = std::numeric_limits<double>::max();
@@ -92,7 +92,7 @@ struct Answer {
 std::uint64_t index_of(const Object* object) { return reinterpret_cast<std::uint64_t>(object->getUserData()); }
 
 bool take(Object* a, Object* b, void* data) {
-  if (!a->getAABB().overlap(b->getAABB())) return false;  // the naive manager does not ask
+  if (!a->getAABB().overlap(b->getAABB())) return false;  // the naive manager does not test boxes
   auto& answer = *static_cast<Answer*>(data);
   const auto [lo, hi] = std::minmax({index_of(a), index_of(b)});
   std::uint64_t z = (lo << 32 | hi) + 0x9e3779b97f4a7c15;  // SplitMix64 (Steele et al. 2014)
@@ -102,7 +102,7 @@ bool take(Object* a, Object* b, void* data) {
   return false;
 }
 
-/// The distance of the balls around the two, which is no less than that of their boxes.
+/// The distance of the bounding spheres of the two, which is no less than that of their boxes.
 bool take_distance(Object* a, Object* b, void* data, double& least) {
   auto& answer = *static_cast<Answer*>(data);
   ++answer.pairs;
@@ -113,7 +113,7 @@ bool take_distance(Object* a, Object* b, void* data, double& least) {
   return least <= 0;
 }
 
-/// FCL's distance of the two, as a program would ask.
+/// FCL's distance of the two, as a program would ask for it.
 bool take_fcl_distance(Object* a, Object* b, void* data, double& least) {
   auto& answer = *static_cast<Answer*>(data);
   ++answer.pairs;
@@ -145,12 +145,12 @@ struct Operation {
   std::string name;
   bool after_a_move;
   std::function<void(Manager&, Answer&)> run;
-  std::vector<Samples> times{};   // by entrant
-  std::vector<Samples> ratios{};  // to the first's time of the same step
+  std::vector<Samples> times{};   // by contestant
+  std::vector<Samples> ratios{};  // to the first's time in the same step
   Answer answer{};
 };
 
-/// Of FCL's distances, whose error depends on the order of the two.
+/// The error of FCL's distances, which depends on the order of the two.
 constexpr double fcl_error = 1e-4;
 
 void run_in_turn(Operation& operation, std::vector<ManagerEntrant>& all, int step) {
@@ -173,7 +173,7 @@ void run_in_turn(Operation& operation, std::vector<ManagerEntrant>& all, int ste
   }
 }
 
-/// The objects that a step asks with: among the others, and beside them.
+/// The objects that a step queries with: among the others, and beside them.
 struct Askers {
   std::vector<Object> inside, outside;
 };
@@ -241,7 +241,7 @@ void race(std::size_t n, double share, int steps, const Settings& settings, std:
     entrant.manager->registerObjects(objects.all());
     entrant.manager->setup();
   }
-  constexpr int asked = 100;  // objects a step
+  constexpr int asked = 100;  // query objects a step
   Askers askers;
   std::vector<Operation> operations = all_operations(askers);
   for (Operation& operation : operations) {

@@ -1,3 +1,5 @@
+// The paper's Figures 3 to 7 (Avril, Gouranton, Arnaldi, ICAT 2010): measured on this machine's cores, simulated for
+// more.
 #include <fmt/format.h>
 #include <oneapi/tbb/info.h>
 
@@ -41,10 +43,10 @@ json written(const BalanceDecision& decision) {
           {"measure_before", decision.measure_before}};
 }
 
-/// One contestant's time at every step, measured or simulated.
+/// A contestant's time at every step, measured or simulated.
 struct Series {
   std::string contestant;
-  bool is_strict_split = false;  ///< a fixed one: what the oracle chooses from
+  bool is_strict_split = false;  ///< a fixed split, among which the oracle chooses
   std::vector<double> ms;
   std::vector<int> broad_threads;
   std::vector<BalanceDecision> decisions;
@@ -71,7 +73,7 @@ struct Picture {
         std::find_if(series.begin(), series.end(), [&](const Series& s) { return s.contestant == contestant; });
     return at == series.end() ? nullptr : &*at;
   }
-  /// The best fixed strict split of each step; empty without any.
+  /// The time of the best fixed strict split of each step; empty without any.
   std::vector<double> oracle() const {
     std::vector<double> best;
     for (const Series& one : series) {
@@ -83,11 +85,11 @@ struct Picture {
   }
 };
 
-/// A scene as it was recorded: what every piece of every step costs, and what threads cost each other that do that at
-/// once.
+/// The recording of a scene: the cost of every piece of every step, and how much threads that work at the same time
+/// slow each other down.
 struct Recording {
   std::vector<MeasuredForms> steps;
-  int rounds = 1;                    ///< over each step, by every contestant
+  int rounds = 1;                    ///< rounds of each step by every contestant
   double slowdown = 1, sharing = 1;  ///< as in MachineCosts
 };
 
@@ -135,7 +137,7 @@ constexpr StepForm forms[] = {StepForm::caller, StepForm::overlapped, StepForm::
 
 double busy_of(const ExecutionReport& execution) { return execution.broad_ms + execution.narrow_ms; }
 
-/// A scene run with all contestants in turn, and what its pieces cost.
+/// Runs a scene with all contestants in turn, and records the costs of its pieces.
 class SceneMeasurement {
  public:
   SceneMeasurement(const Scene& scene, std::string_view name, std::vector<FigureEntrant> entrants, int threads,
@@ -152,15 +154,15 @@ class SceneMeasurement {
     start_step();
   }
 
-  /// All entrants, then the copies at once, then a recorder of each form.
+  /// All executors, then the copies, then a recorder of each form.
   std::vector<Contestant> contestants() {
     std::vector<Contestant> contestants;
     for (const FigureEntrant& entrant : all_) contestants.push_back(entrant.contestant);
     contestants.push_back({copies_name(copies_), papers(ExecutorKind::sequential, 1), nullptr, copies_});
     for (std::size_t i = 0; i < std::size(forms); ++i) {
       PipelineOptions recorded = papers(ExecutorKind::sequential, 1);
-      // Small enough to be put together to any batch; smaller ones cost more than what is in them. Heavy pairs are one
-      // each.
+      // Pieces of 32 pairs: small enough to make up batches of any size, while smaller ones cost more than their pairs.
+      // Heavy pairs are one piece each.
       if (forms[i] != StepForm::caller) recorded.batches.pairs = 32;
       recorded.sharing.form = forms[i];
       contestants.push_back({fmt::format("recorder, {}", tandem::name(forms[i])), recorded, &timelines_[i]});
@@ -179,7 +181,7 @@ class SceneMeasurement {
 
   void end_step(int step) {
     for (std::size_t i = 1; i < all_.size(); ++i)
-      for (std::size_t form = 1; form < std::size(forms); ++form)  // but for the caller's
+      for (std::size_t form = 1; form < std::size(forms); ++form)  // without the caller's form
         if (!all_[i].contestant.options.balance.strict && cells_[i].busy[form].size() != 0)
           busy_ms_ += cells_[i].busy[form].median(), recorded_busy_ms_ += recorded_busy_[form].median();
     for (std::size_t i = 0; i < all_.size(); ++i) {
@@ -254,16 +256,16 @@ class SceneMeasurement {
   std::vector<Row>& rows_;
   MeasuredScene result_;
   Timeline timelines_[std::size(forms)];
-  // Of the step that runs:
+  // Values of the present step.
   std::vector<Cell> cells_;
   std::vector<MeasuredStep> runs_[std::size(forms)];
   ByForm recorded_busy_;
   Samples copy_;
-  // Of all steps:
+  // Sums over all steps.
   double copies_ms_ = 0, alone_ms_ = 0, busy_ms_ = 0, recorded_busy_ms_ = 0;
 };
 
-/// Runs the scene with all contestants in turn, and records what its pieces cost.
+/// Runs the scene with all contestants in turn, and records the costs of its pieces.
 MeasuredScene measure(std::string_view scene_name, int threads, bool every_split, const Settings& settings,
                       std::vector<Row>& rows) {
   Scene scene = make_builtin_scene(scene_name, settings.bodies);
@@ -280,8 +282,8 @@ MeasuredScene measure(std::string_view scene_name, int threads, bool every_split
   return std::move(measurement).result();
 }
 
-/// The contestants on virtual cores; of the strict splits all, if they are asked for. Each detects every step
-/// `rounds` times, as those that are measured do: what it tries out costs it a turn, not a step of the scene.
+/// The contestants on virtual cores; all strict splits, if asked for. Each detects every step `rounds` times, like
+/// those that are measured: a trial of a form costs one turn, not a step of the scene.
 Picture simulate(const MeasuredScene& measured, int threads, bool every_split, int rounds, MachineCosts costs) {
   costs.slowdown = measured.recording.slowdown;
   costs.sharing = measured.recording.sharing;
@@ -325,7 +327,7 @@ Picture simulate(const MeasuredScene& measured, int threads, bool every_split, i
   return picture;
 }
 
-/// Predicted against measured times of the contestants that both have.
+/// Predicted against measured times of the contestants present in both.
 json validate(const Picture& real, const Picture& predicted) {
   json out = json::array();
   for (const Series& simulated : predicted.series) {
@@ -369,7 +371,7 @@ json written(const Picture& picture, const std::vector<std::string>& figures) {
     if (sequential != nullptr) line["speedup"] = sequential->sum() / one.sum();
     if (!oracle.empty()) line["over_oracle"] = one.sum() / oracle_sum;
     line["strict_split"] = one.is_strict_split;
-    // Of many strict splits on many cores the sums and the oracle are enough.
+    // Of the many strict splits of many cores, the sums and the oracle are enough.
     if (!one.is_strict_split || picture.threads <= 8) line["ms"] = list(one.ms);
     if (!one.is_strict_split) {
       line["broad_threads"] = one.broad_threads;
@@ -397,7 +399,7 @@ void print(const Picture& picture) {
     if (!one.is_strict_split || picture.threads <= 8) line(one.contestant, one.sum());
 }
 
-/// Paper, Figure 4: one simulation that switches between sequential and parallel every few steps.
+/// Figure 4 of the paper: one simulation that switches between sequential and parallel every few steps.
 json figure_4(const Settings& settings, int threads, std::vector<Row>& rows) {
   const int steps = settings.steps != 0 ? settings.steps : settings.quick ? 60 : 300;
   const int every = std::max(1, steps / 6);

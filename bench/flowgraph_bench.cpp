@@ -1,3 +1,4 @@
+// The overhead of executors, and every executor on synthetic loads and on the paper's scenes.
 #include <fmt/format.h>
 #include <oneapi/tbb/info.h>
 
@@ -24,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 struct LoadRunner {
   std::string name;
   ExecutorOptions options;
-  int copies = 1;  ///< more: as many at once, each with work of its own, on threads of their own
+  int copies = 1;  ///< with several, as many run at the same time, each with work of its own, on threads of their own
 };
 
 struct Load {
@@ -46,10 +47,10 @@ std::vector<LoadRunner> everyone(int threads, const ExecutorOptions& base = {}) 
   return all;
 }
 
-/// What the cores give when nothing is shared: the sequential one, on each of them at once.
+/// The most that the cores give when nothing is shared: sequential executors, one on each of them at the same time.
 LoadRunner copies(int threads) { return {copies_name(threads), {.kind = ExecutorKind::sequential}, threads}; }
 
-/// A runner at work, with its copies.
+/// A runner in a race, with its copies.
 class RaceEntry {
  public:
   RaceEntry(const LoadRunner& runner, const TileWork::Size& size) : contacts_(static_cast<std::size_t>(runner.copies)) {
@@ -72,7 +73,7 @@ class RaceEntry {
       return reports.front();
     }
     crew_->run(run);
-    double rate = 0;  // together they do so many steps a millisecond
+    double rate = 0;  // together the copies do so many steps a millisecond
     for (const ExecutionReport& report : reports) rate += 1 / report.detect_ms;
     reports.front().detect_ms = 1 / rate;
     reports.front().threads = static_cast<int>(works_.size());
@@ -87,8 +88,8 @@ class RaceEntry {
   std::unique_ptr<AtOnce> crew_;
 };
 
-/// All in turn on the same made-up load; the first one is what the others are compared with, copies of it on all cores
-/// show what there is to gain.
+/// All runners in turn on the same synthetic load; the first one is the baseline, copies of it on all cores show the
+/// most that could be gained.
 class Race {
  public:
   Race(std::vector<Row>& rows, int cores, bool quick) : rows_(rows), cores_(cores), steps_(quick ? 8 : 30) {}
@@ -103,7 +104,8 @@ class Race {
       own.push_back(
           {"flowgraph", load.name, runner.name, 1, TileWork(load.size).pairs(), {}, 0, json_of(runner.options)});
     }
-    for (int step = -3; step < steps_; ++step) {  // the first three: threads start, sizes are learnt
+    // The first three are not timed: threads start, batch sizes are learnt.
+    for (int step = -3; step < steps_; ++step) {
       for (std::size_t turn = 0; turn < runners.size(); ++turn) {
         const std::size_t who = (turn + static_cast<std::size_t>(step + 3)) % runners.size();
         stay_busy(std::chrono::microseconds(300));
@@ -122,7 +124,7 @@ class Race {
       if (row.hash != first.hash)
         throw std::runtime_error(fmt::format("{}: {} found contacts {}, {} found {}", load.name, first.contestant,
                                              hex(first.hash), row.contestant, hex(row.hash)));
-    // The work of the first one, which runs on one thread, divided evenly; and what its copies made of it.
+    // The ideal: the work of the first runner, which runs on one thread, divided evenly; and what its copies achieved.
     const double alone = first.time.median(), copied = own[1].time.median();
     for (std::size_t i = 0; i < own.size(); ++i) {
       Row& row = own[i];
@@ -156,7 +158,7 @@ class Race {
   int cores_, steps_;
 };
 
-/// Broad and narrow work of `ns` in all, in the ratio broad:narrow.
+/// A load of `ns` in all, its broad and narrow phases in the ratio broad:narrow.
 Load ratio_load(double ns, double broad, double narrow, std::size_t tiles = 256) {
   constexpr std::size_t pairs = 40;
   const double share = broad / (broad + narrow);
@@ -172,7 +174,7 @@ void add_cost(std::vector<Row>& rows, std::string_view what, const Samples& time
   rows.push_back({"flowgraph", "costs", std::string(what), threads, 1, time, 0, nlohmann::json::object()});
 }
 
-/// Steps of an executor; what `measure` makes of each.
+/// Runs steps of an executor; returns what `measure` computes for each.
 Samples steps_of(const LoadRunner& runner, const TileWork::Size& size, int steps,
                  const std::function<double(const ExecutionReport&, const Timeline&)>& measure, bool traced = false) {
   TileWork work(size);
@@ -189,7 +191,7 @@ Samples steps_of(const LoadRunner& runner, const TileWork::Size& size, int steps
   return samples;
 }
 
-/// One executor with a timeline and without in turn.
+/// Runs one executor with and without a timeline, in turn.
 void trace_costs(std::vector<Row>& rows, const TileWork::Size& size, int threads, int steps) {
   TileWork work(size);
   const auto executor = make_executor({.threads = threads});
@@ -226,10 +228,10 @@ void costs(std::vector<Row>& rows, int threads, int steps) {
     add_cost(rows, fmt::format("the same shared, {}", runner.name), steps_of(shared, {.tiles = 1}, steps, detect_ns),
              threads);
   }
-  // One form throughout: what each costs, not which is chosen.
+  // The same form throughout, to see what each costs rather than which is chosen.
   std::vector<LoadRunner> forms = everyone(threads, {.sharing = {.form = StepForm::overlapped}});
   forms.push_back({"flowgraph, ordered", {.threads = threads, .sharing = {.form = StepForm::ordered}}});
-  // Pairs and batches that cost next to nothing: what is left is the machinery.
+  // Pairs and batches that cost next to nothing, so that the overhead remains.
   const TileWork::Size light{.tiles = 200, .pairs_a_tile = 128};
   const double pairs = static_cast<double>(light.tiles * light.pairs_a_tile);
   for (const LoadRunner& runner : forms) {
@@ -263,7 +265,7 @@ void costs(std::vector<Row>& rows, int threads, int steps) {
   trace_costs(rows, even.size, threads, 4 * steps);
 }
 
-/// Loads that turn, have costly pairs, or are short.
+/// Loads that change, have costly pairs, or are short.
 void hard_loads(Race& race, int cores, double work_ns) {
   Race::header("Loads that are hard to balance");
   Load turning = ratio_load(work_ns, 10, 1);
@@ -333,7 +335,7 @@ void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, in
   hard_loads(race, cores, work_ns);
 }
 
-/// The paper's scenes on this machine's cores: every executor, and what the two phases weigh.
+/// The paper's scenes on this machine's cores: every executor, and the weight of the two phases.
 void real(std::vector<Row>& rows, const Settings& settings, int threads) {
   fmt::print("\nReal loads, brute force; sums over the steps\n{:<18} {:<16} {:>7} {:>10} {:>8} {:>9} {:>14}\n", "scene",
              "run by", "threads", "ms", "speedup", "of copies", "broad:narrow");

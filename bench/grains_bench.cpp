@@ -1,7 +1,6 @@
-// A bed of spheres with a radius each, as codes of the discrete element method have them: a step beside a plain cell
-// list, which tells depths alone or the same list to the last bit, and Bullet, and what it holds of memory. LAMMPS'
-// granular package is no contestant: its pairs come out of a whole time step of its own, forces included, not out of a
-// list that could be compared.
+// A bed of spheres with a radius each, as codes of the discrete element method have them: time of a step beside a plain
+// cell list (depths alone, or the same list as tandem to the last bit) and Bullet, and memory. LAMMPS' granular package
+// is no contestant: it reports pairs only within a whole time step of its own, forces included.
 #include <fmt/format.h>
 #include <malloc.h>
 
@@ -24,7 +23,7 @@
 namespace tandem::bench {
 namespace {
 
-/// Of the processor, for who has one thread: others on the machine disturb it less than the clock on the wall.
+/// A time in ns: for a single thread its processor time, which other processes disturb less than wall time.
 double now_ns(bool alone) { return alone ? cpu_ns() : wall_ns(); }
 
 constexpr std::size_t untimed = 2, timed = 6;  // steps of a stretch
@@ -35,7 +34,7 @@ double heap() {
   return static_cast<double>(now.uordblks + now.hblkhd);
 }
 
-/// As scene and pipeline tell it, bytes a body.
+/// Memory by data structure, as the scene and the pipeline report it, in bytes a body.
 nlohmann::json by_part(const SceneMemory& scene, const PipelineMemory& pipeline, double bodies) {
   const auto each = [bodies](std::size_t bytes) { return static_cast<double>(bytes) / bodies; };
   return {{"scene_bodies", each(scene.bodies)},       {"scene_shapes", each(scene.shapes)},
@@ -43,15 +42,15 @@ nlohmann::json by_part(const SceneMemory& scene, const PipelineMemory& pipeline,
           {"executor", each(pipeline.executor)},      {"contacts", each(pipeline.contacts)}};
 }
 
-/// Bytes a body: the scene; a pipeline after some steps that move all, without the list of its answer, on one thread
-/// and on two; the list, a contact.
+/// Memory in bytes a body: the scene; a pipeline after some steps that move all bodies, without its list of contacts,
+/// on one thread and on two; the list, bytes a contact.
 nlohmann::json memory_of(std::size_t bodies) {
   const double empty = heap();
   Scene scene = make_builtin_scene("grains", bodies);
   const auto n = static_cast<double>(bodies);
   nlohmann::json out{{"scene_bytes_a_body", (heap() - empty) / n},
                      {"bytes_a_contact", sizeof(PairResult) + sizeof(Contact)}};
-  constexpr int steps = 12;  // the list of candidates is made in the third
+  constexpr int steps = 12;  // the list of candidates is made in the third step
   for (const int threads : {1, 2}) {
     const double before = heap();
     Pipeline pipeline(
@@ -78,7 +77,7 @@ nlohmann::json memory_of(std::size_t bodies) {
 struct Tally {
   Samples time, stretches;
   std::uint64_t pairs = 0, hash = hash_start;
-  std::vector<std::uint64_t> lists;  // hashes of whole lists, a step
+  std::vector<std::uint64_t> lists;  // the hash of the list of each step
 
   void add(std::uint64_t word) { bench::add(hash, word); }
   void add(std::vector<TouchingPair> found) {
@@ -109,7 +108,7 @@ SceneDetectors grain_contestants(const Scene& scene, const std::vector<int>& thr
 
 using Poses = std::vector<Pose>;
 
-/// Detects all poses in turn, and takes the time of all but the first ones.
+/// Detects all poses in turn, and times all but the first ones.
 void play(Scene& scene, const std::vector<Poses>& stretch, SceneDetector& who, Tally& tally) {
   Samples own;
   for (std::size_t k = 0; k < stretch.size(); ++k) {
@@ -127,7 +126,7 @@ void play(Scene& scene, const std::vector<Poses>& stretch, SceneDetector& who, T
   tally.stretches.add(own.median());
 }
 
-/// A bed that has come to rest but for some grains, and what all found in the steps that follow.
+/// A bed that has come to rest but for some grains: what all detectors find in the following steps.
 std::vector<Tally> contest(Scene& scene, const SceneDetectors& all, int settling, int stretches) {
   Scene ahead = scene;
   Pipeline pipeline({.answer = {.margin = recommended_margin(ahead)}});

@@ -1,5 +1,5 @@
 // The loop of a haptic device, a thousand queries a second: a tool of 10,000 triangles glides over a scene of 500,000,
-// comes near, touches and sinks in. What counts is not the mean but the slowest of a thousand.
+// approaches, touches and penetrates it. The result is the slowest of a thousand queries, not the mean.
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
@@ -19,14 +19,14 @@
 namespace tandem::bench {
 namespace {
 
-constexpr double reach = 0.01;  // metres, of the distances that are asked for
+constexpr double reach = 0.01;  // metres, the limit of the distances asked for
 
-/// Metres, over a square of one metre.
+/// The height of the ground in metres, over a square of one metre.
 double ground(double x, double y) {
   return 0.03 * std::sin(9 * x) * std::cos(7 * y) + 0.002 * std::sin(80 * x + 50 * y);
 }
 
-constexpr std::size_t cells = 352;  // a quarter of a million triangles above, as many below
+constexpr std::size_t cells = 352;  // a quarter of a million triangles at the top, as many at the bottom
 
 Shape scene_shape() {
   std::vector<double> heights;
@@ -53,7 +53,7 @@ Mesh tool_mesh() {
   return mesh;
 }
 
-/// Where the tool is after so many milliseconds: some 20 cm a second, 1 mm in the ground to 1 cm above it.
+/// The pose of the tool at this time: about 20 cm a second, from 1 mm in the ground to 1 cm above it.
 Pose tool_pose(int ms) {
   const double t = 0.001 * ms, x = 0.4 * std::sin(0.5 * t), y = 0.4 * std::sin(0.37 * t + 1);
   const double gap = 0.0045 + 0.0055 * std::sin(2.3 * t);
@@ -113,7 +113,7 @@ void run(Query& query, const Pose& pose) {
   query.answered += answer != 0;
 }
 
-/// Times in steps of a factor of two, the share of queries in each.
+/// A histogram of times in factors of two, the fraction of queries in each.
 nlohmann::json histogram(const Samples& time) {
   nlohmann::json bins = nlohmann::json::array();
   for (double upper = 1000; upper < 1e9; upper *= 2) {
@@ -152,14 +152,14 @@ std::vector<Row> report(const std::vector<Query>& all, std::size_t triangles) {
 
 std::vector<Row> haptics_bench(const Settings& settings) {
   const Shape ground_shape = scene_shape(), tool(tool_mesh());
-  prepare(tool);  // the scene's shapes are made ready by SceneQueries
+  prepare(tool);  // SceneQueries prepares the scene's shapes
   Scene scene;
   BodyOptions body;
   body.shape = scene.add_shape(ground_shape);
   body.is_static = true;
   scene.add_body(body);
   NarrowPhaseOptions options;
-  options.mesh_bounds = false;  // contacts for a force: no proof of how deep the two are
+  options.mesh_bounds = false;  // contacts for a force need no proven bound on the depth
   const SceneQueries queries(scene, options);
   const auto fcl_ground = fcl_model(ground_shape.vertices(), ground_shape.triangles());
   const auto fcl_tool = fcl_model(tool.vertices(), tool.triangles());

@@ -1,3 +1,4 @@
+// Describes the machine: processor, memory, compiler and library versions.
 #include <fmt/format.h>
 #include <oneapi/tbb/version.h>
 #include <unistd.h>

@@ -1,3 +1,4 @@
+// The command line of tandem-bench.
 #include <fmt/format.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
@@ -21,7 +22,7 @@
 namespace tandem::bench {
 namespace {
 
-// As typed; empty: not given.
+// The options as typed; empty: not given.
 struct Options {
   std::string json, scenes, threads, steps, repeat, bodies, kinds, poses, sizes, contestants;
   bool quick = false;
@@ -40,7 +41,7 @@ std::vector<std::string> builtin_names() {
   return names;
 }
 
-/// `scenes`: the names that --scene may say.
+/// Converts the options; `scenes`: the names permitted for --scene.
 Settings read(const Options& options, const std::vector<std::string>& scenes) {
   Settings settings;
   settings.scenes = split_list(options.scenes);
@@ -65,7 +66,8 @@ void run(const Bench& bench, const Options& options, const std::vector<std::stri
   const Settings settings = read(options, scenes);
   std::optional<OutputFile> json;
   if (!options.json.empty()) json.emplace("--json", options.json);
-  // More threads than cores are measured when they are asked for; the flow graph's bench goes to twice the cores.
+  // More threads than cores are permitted where they are asked for; the bench of the flow graph uses up to twice the
+  // cores.
   const int most = settings.threads.empty() ? std::max(4, 2 * tbb::info::default_concurrency())
                                             : *std::max_element(settings.threads.begin(), settings.threads.end());
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism,
@@ -259,7 +261,7 @@ void add_report(CLI::App& program) {
 }
 
 int complain(std::string_view what, int status) {
-  // An option lists all that it allows: the pairs of kinds are more than a refusal of input may say.
+  // The message lists all permitted values, here of the kinds of pairs: longer than messages about input.
   constexpr std::size_t most = 4 * limits::message_bytes;
   std::cerr << "tandem-bench: " << shortened(on_one_line(what), most) << '\n';
   return status;
@@ -315,7 +317,7 @@ int run_program(int count, char** arguments) {
 
 int main(int count, char** arguments) {
   using tandem::bench::complain;
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large fails to be written, as on a full disk
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that exceeds the limit then fails as on a full disk
   std::signal(SIGPIPE, SIG_IGN);
   try {
     return tandem::bench::run_program(count, arguments);

@@ -1,3 +1,4 @@
+// Speed against error of the narrow phase, beside FCL, libccd and Bullet.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -35,7 +36,7 @@ std::vector<std::string> chosen_kinds(const Settings& settings) {
   return settings.kinds.empty() ? known : settings.kinds;
 }
 
-/// What one contestant did in a game.
+/// The result of one contestant in a game.
 struct Measured {
   Row row;
   Accuracy accuracy;
@@ -56,8 +57,8 @@ std::vector<Measured> play(Game game, int rounds) {
     row.more["kind"] = game.kind;
     row.more["class"] = game.pair_class;
     row.more["request"] = game.request;
-    // Right answers, the others' and a hull's of hundreds of points are named only: kind, class and number make them
-    // anew.
+    // Records are printed for wrong answers of tandem only, up to this length; otherwise kind, class and number suffice
+    // to make them anew.
     constexpr std::size_t longest = 6000;
     if (game.record) {
       nlohmann::json worst = game.record(accuracy.worst);
@@ -85,7 +86,7 @@ std::string cell(const Measured& m) {
   return text;
 }
 
-/// Keeps the order in which texts came first.
+/// Keeps texts in the order of their first appearance.
 class Order {
  public:
   void add(const std::string& text) {
@@ -123,10 +124,10 @@ void print_kind(const std::string& kind, const std::vector<Measured>& all) {
 
 bool is_rival(const Measured& m) { return !m.row.contestant.starts_with("tandem"); }
 
-/// How tandem's time compares with the fastest of the others that is right.
+/// tandem's time compared with the fastest of the other contestants that are right.
 struct Standing {
-  double ratio = 0;   ///< below 1: tandem is faster; 0: nobody else is right
-  std::string rival;  ///< empty: nobody else is right
+  double ratio = 0;   ///< below 1: tandem is faster; 0: no other is right
+  std::string rival;  ///< empty: no other is right
   bool right = false;
   std::string text() const {
     const std::string mark = right ? "" : "!";
@@ -173,7 +174,7 @@ void print_summary(const std::vector<SummaryLine>& lines) {
   }
 }
 
-/// Every class of the kind and what is asked of it; `on_game` takes them as they come.
+/// Makes every class of the kind with each request, and passes the games to `on_game`.
 void for_each_game(const std::string& kind, std::size_t n, const std::function<void(Game)>& on_game) {
   if (kind == torus_kind) {
     for (const PairClass c : reference::all_pair_classes)
@@ -207,7 +208,7 @@ std::vector<Row> narrowphase_bench(const Settings& settings) {
   Progress progress("narrowphase", kinds.size());
   for (std::size_t k = 0; k < kinds.size(); ++k) {
     std::vector<Measured> all;
-    std::map<std::string, std::size_t> lines;  // of the summary, by request
+    std::map<std::string, std::size_t> lines;  // lines of the summary, by request
     for_each_game(kinds[k], n, [&](Game game) {
       const std::string request = game.request, pair_class = game.pair_class;
       std::vector<Measured> played = play(std::move(game), rounds);

@@ -1,3 +1,4 @@
+// The whole detection step on recorded poses, beside FCL's and Bullet's collision worlds.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -20,13 +21,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// What a contestant did in all timed steps.
+/// The results of a contestant over all timed steps.
 struct StepTally {
   Samples time;
-  Samples stretches, pile;  // medians of stretches; of those in the last quarter of the steps
+  Samples stretches, pile;  // medians of stretches; of stretches in the last quarter of the steps
   std::uint64_t pairs = 0, contacts = 0;
   double kept_pairs = 0;
-  std::uint64_t missed = 0, extra = 0;  // pairs, beside the first contestant's
+  std::uint64_t missed = 0, extra = 0;  // pairs, compared with the first contestant's
   std::uint64_t hash = hash_start;      // FNV-1a over all steps
 };
 
@@ -57,8 +58,8 @@ SceneDetectors contestants(const Scene& scene, const std::vector<int>& threads) 
 std::vector<StepTally> play(RecordedScene& recorded, const SceneDetectors& detectors) {
   const std::size_t n = detectors.size();
   std::vector<StepTally> tallies(n);
-  // A contestant detects a stretch in a row, as in a simulation, where each step finds in the caches what the step
-  // before left. Who ran before it differs from stretch to stretch.
+  // A contestant detects a whole stretch, as in a simulation, where each step finds in the caches what the step before
+  // left. The contestant that ran before it differs from stretch to stretch.
   std::vector<std::size_t> order(n);
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::mt19937 random(1);
@@ -114,12 +115,12 @@ RecordedScene poses_of(const std::string& name, const Settings& settings) {
   return read_recorded(name, settings.steps != 0 ? steps : SIZE_MAX, settings.quick ? 16 : 64);
 }
 
-/// Stretch by stretch, of the fastest other contestant's time over each of ours.
+/// For each stretch, the fastest other contestant's time over that of each of ours.
 std::vector<Samples> ratios_to_peers(const std::vector<StepTally>& tallies, std::size_t ours) {
   const StepTally& fastest =
       *std::min_element(tallies.begin() + static_cast<std::ptrdiff_t>(ours), tallies.end(),
                         [](const StepTally& x, const StepTally& y) { return x.time.median() < y.time.median(); });
-  // Cores get slower and faster within seconds: what ran at the same time is compared.
+  // The speed of cores changes within seconds: only times of the same stretch are compared.
   std::vector<Samples> ratios(ours);
   for (std::size_t i = 0; i < ours; ++i)
     for (std::size_t k = 0; k < fastest.stretches.size(); ++k)

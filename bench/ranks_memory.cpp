@@ -23,10 +23,10 @@ using namespace tandem;
 
 constexpr int kinds = 64, layers = 12, wide = 100;
 constexpr double smallest = 0.3, largest = 0.6, spacing = 0.9;
-/// Grains that are added before a step takes them in: a change asked for is kept until then.
+/// Grains added before a step takes them in: a requested change is kept until then.
 constexpr std::uint64_t portion = 500'000;
 
-/// Of the whole bed, whoever makes it: rows of `wide` times `layers`, one after the other along x.
+/// A grain of the whole bed, whichever rank makes it: rows of `wide` times `layers`, one after the other along x.
 BodyOptions grain(std::uint64_t id, const std::vector<ShapeId>& shapes) {
   std::minstd_rand random(static_cast<std::uint32_t>(id * 2654435761u >> 8) + 1);
   random.discard(3);

@@ -1,3 +1,4 @@
+// Samples, rows and files of bench results.
 #include "results.h"
 
 #include <fmt/format.h>

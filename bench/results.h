@@ -1,3 +1,4 @@
+// Samples, rows and files of bench results (docs/result-format.md).
 #pragma once
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -13,7 +14,7 @@ class Samples {
   void add(double ns) { values_.push_back(ns); }
   std::size_t size() const { return values_.size(); }
   double operator[](std::size_t i) const { return values_[i]; }  ///< in the order added
-  /// Quantile q in [0, 1], between two samples by its place there; 0 without samples.
+  /// The quantile q in [0, 1], interpolated between two samples; 0 without samples.
   double quantile(double q) const;
   double median() const { return quantile(0.5); }
   double sum() const;
@@ -23,7 +24,7 @@ class Samples {
   std::vector<double> values_;
 };
 
-/// One row of a result: a contestant on a workload.
+/// A row of a result: a contestant on a workload.
 struct Row {
   std::string bench, workload, contestant;
   int threads = 1;
@@ -33,10 +34,10 @@ struct Row {
   nlohmann::json more = nlohmann::json::object();  ///< further members
 };
 
-/// Of the format of results (docs/result-format.md). Files without a version are of this one.
+/// The version of the result format (docs/result-format.md); files without a version are of this one.
 inline constexpr std::uint32_t results_version = 1;
 
-/// What a bench hands back.
+/// The findings of a bench.
 struct Findings {
   Findings(std::vector<Row> own_rows, nlohmann::json own_more = nlohmann::json::object())
       : rows(std::move(own_rows)), more(std::move(own_more)) {}

@@ -27,13 +27,13 @@ using reference::Random;
 
 struct PairClass {
   std::string_view name;
-  double radius;       ///< of the convex shape; the mesh's is 1
-  double least, most;  ///< depth where the two first touch, of that radius; negative: a gap
+  double radius;       ///< radius of the convex shape; the mesh's is 1
+  double least, most;  ///< range of the depth below first contact, relative to that radius; negative: a distance
   double margin;
 };
 
 constexpr double margin = 0.02;
-/// Apart, ours finds the gap that FCL is asked for by a second call, its distance; it has no margin.
+/// For separated pairs, ours gets the margin that FCL answers by a second query, its distance.
 constexpr std::array<PairClass, 6> classes{{{"apart", 0.35, -0.06, -0.001, 0},
                                             {"margin", 0.35, -0.06, -0.001, margin},
                                             {"shallow", 0.35, 0.0001, 0.01, 0},
@@ -44,10 +44,11 @@ constexpr std::array<PairClass, 6> classes{{{"apart", 0.35, -0.06, -0.001, 0},
 struct MeshPair {
   const Shape *mesh, *convex;
   const ::fcl::CollisionGeometryd *fcl_mesh, *fcl_convex;
-  Pose at;  ///< of the convex shape
+  Pose at;  ///< pose of the convex shape
 };
 
-/// Comes from afar along a line through a point near the mesh's middle, until a depth beyond the first touch.
+/// The pose of a convex shape moved along a line through a point near the mesh's centre, to this depth beyond first
+/// contact.
 Pose placed(const Shape& mesh, const Shape& convex, double depth, Random& random) {
   const NarrowPhase solver;
   for (;;) {
@@ -74,7 +75,7 @@ struct MeshContestant {
   void add(std::uint64_t word) { bench::add(hash, word); }
 };
 
-/// The least of three, as each is the same work.
+/// The least of three times, as each does the same work.
 template <class Run>
 double least_time(Run&& run) {
   double least = std::numeric_limits<double>::infinity(), total = 0;
@@ -138,7 +139,7 @@ MeshRace race_class(const NamedShape& kind, const PairClass& c, const std::vecto
   MeshRace race;
   NarrowPhaseOptions options;
   options.margin = c.margin;
-  options.mesh_bounds = false;  // as steps ask
+  options.mesh_bounds = false;  // as in a step
   const NarrowPhase solver(options);
   const auto fcl_convex = fcl_shape(kind.shape);
   Random random(17);
@@ -208,7 +209,7 @@ void pairs_bench(const Settings& settings, std::vector<Row>& rows) {
   }
 }
 
-/// Steps of a scene, on one thread: as they come, everything computed.
+/// Times steps of a scene on one thread, with all contacts computed.
 void time_steps(const std::string& workload, Scene scene, int settling, int steps, std::vector<Row>& rows) {
   Pipeline pipeline({.executor = ExecutorKind::sequential, .threads = 1, .answer = {.contact_hash = true}});
   Pipeline guide({.answer = {.margin = recommended_margin(scene)}});

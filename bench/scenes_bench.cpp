@@ -1,3 +1,4 @@
+// The paper's four scenes by executor.
 #include <fmt/format.h>
 
 #include "benches.h"
@@ -18,9 +19,9 @@ std::vector<Contestant> contestants(int threads) {
   return all;
 }
 
-/// What was serial in the steps of a contestant that were shared.
+/// The serial times of the shared steps of a contestant.
 struct Serial {
-  Samples begin, update, broad, join, share;  // us, of all work
+  Samples begin, update, broad, join, share;  // us; share: fraction of all work
 
   void add(const ExecutionReport& report) {
     if (report.form == StepForm::caller || report.busy_ms <= 0) return;

@@ -1,5 +1,5 @@
-// Short steps: what a second thread brings by scene, size and executor, with workers that sleep between steps and with
-// some that stay awake; and many small worlds at once on the threads of a host.
+// Short steps: the speedup by a second thread for scenes, sizes and executors, with workers that sleep between steps or
+// stay awake; and many small worlds at once on the threads of a host.
 #include <fmt/format.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -18,7 +18,7 @@
 namespace tandem::bench {
 namespace {
 
-constexpr double awake_us = 2000;  // longer than what a contest's caller does between two steps
+constexpr double awake_us = 2000;  // longer than the pause of a contest's caller between two steps
 
 std::vector<Contestant> short_step_contestants(int threads) {
   std::vector<Contestant> all;
@@ -65,7 +65,7 @@ void scene_rows(std::vector<Row>& rows, const std::string& name, std::size_t bod
   rows.insert(rows.end(), own.begin(), own.end());
 }
 
-/// Worlds that fall, a pipeline each: all in turn on one thread, or in a parallel loop of the host.
+/// Falling worlds, a pipeline each: all in turn on one thread, or in a parallel loop of the host.
 class Worlds {
  public:
   Worlds(std::size_t count, std::size_t bodies) {

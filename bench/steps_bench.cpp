@@ -1,5 +1,5 @@
 // Whole steps with contacts kept from the step before (AnswerOptions::keep_contacts): time against the true error of
-// every answer, which is that of a pipeline that computes all of them anew on the same poses.
+// every answer, which is compared with that of a pipeline that computes all contacts anew on the same poses.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -18,10 +18,11 @@ namespace tandem::bench {
 namespace {
 
 constexpr double tolerances[] = {0, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2};
-/// What two ways to the same number may differ by, relative to the bodies and how far they are from the origin.
+/// The difference that rounding may cause between two computations of a number, relative to the size of the bodies and
+/// their distance from the origin.
 constexpr double rounding_of_steps = 1e-11;
 
-/// Errors of kept answers, relative to the smaller body's size, and radians.
+/// Errors of kept answers, relative to the smaller body's size, and in radians.
 struct Errors {
   Samples told, distance, depth, normal, point;
   std::uint64_t answers = 0, beyond = 0, beyond_meshes = 0, wrong_verdicts = 0, wrong_verdicts_meshes = 0;
@@ -31,12 +32,12 @@ struct Errors {
   struct Computed {
     double distance, depth;
   };
-  std::unordered_map<std::uint64_t, Computed> last;  ///< of each pair, what was computed for it the last time
+  std::unordered_map<std::uint64_t, Computed> last;  ///< the last computed answer of each pair
 };
 
 std::uint64_t key(const PairResult& pair) { return std::uint64_t{pair.a} << 32 | pair.b; }
 
-/// The pairs of two lists side by side: both, or one of them where the other has none.
+/// The pairs of two lists side by side: both answers, or one where the other list has none.
 template <class Visit>
 void each_pair(const ContactList& x, const ContactList& y, const Visit& visit) {
   auto i = x.pairs.begin(), j = y.pairs.begin();
@@ -88,8 +89,8 @@ class Judge {
     const bool is_computed = x.error_bound <= y.error_bound;
     if (is_computed) errors_.last[key(any)] = {x.signed_distance, deepest_depth(theirs)};
     if (distance > allowed || depth > allowed) {
-      // The deepest contact of two meshes is not continuous in the poses, and has no bound that was proven: what
-      // keeping may add is held against what was computed then.
+      // The deepest contact of two meshes is not continuous in the poses, and has no proven bound: the error added by
+      // keeping is compared with the answer computed last.
       const auto then = errors_.last.find(key(any));
       const bool as_told = x.status == Status::unproven && !is_computed && then != errors_.last.end() &&
                            std::abs(x.signed_distance - then->second.distance) <= allowed &&

@@ -1,3 +1,4 @@
+// Meshes of benches that vary the size.
 #include "torus_meshes.h"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// Continuous collision detection of vertices on straight lines: how long an answer takes on queries of simulations and
-// on those made to be hard, and each answer held against the exact one.
+// Continuous collision detection of vertices on straight lines: the time of an answer on queries of simulations and on
+// hard ones, each answer compared with the exact one.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ using reference::ImpactFamily;
 using reference::ImpactQuery;
 
 constexpr std::size_t timed_together = 50;
-/// Longest ways relative to the coordinates' differences may be rounded to nothing.
+/// Motions below this length, relative to the coordinates, may be lost to rounding.
 constexpr double rounding = 1e-13;
 
 struct Verdicts {

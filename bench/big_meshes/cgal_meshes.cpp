@@ -1,5 +1,5 @@
-// CGAL's pairs of boxes (Zomorodian and Edelsbrunner 2002) and exact predicates; built is its AABB tree, which answers
-// rays and points, not two meshes.
+// CGAL as a contestant: its pairs of boxes (Zomorodian and Edelsbrunner 2002) with exact predicates. Timed as built is
+// its AABB tree, which answers rays and points, not two meshes.
 #include <CGAL/AABB_traits.h>
 #include <CGAL/AABB_tree.h>
 #include <CGAL/AABB_triangle_primitive.h>
@@ -60,7 +60,7 @@ class CgalMeshes final : public MeshContestant {
     return heap_bytes() - before;
   }
 
-  // It has no hierarchy for that: boxes are sorted each time.
+  // CGAL has no hierarchy for pairs: the boxes are sorted each time.
   std::optional<TrianglePairs> pairs() override {
     std::vector<Box> boxes_a = boxes_of(a_), boxes_b = boxes_of(b_);
     TrianglePairs pairs;

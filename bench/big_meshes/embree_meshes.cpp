@@ -1,5 +1,5 @@
-// Embree's hierarchies over the triangles as primitives of its user, the only ones that rtcCollide takes, which tells
-// pairs whose boxes meet; whether the triangles do is asked of FCL's test, in double.
+// Embree as a contestant: hierarchies over the triangles as user primitives, the only ones that rtcCollide takes, which
+// finds pairs whose boxes overlap; FCL's triangle test, in double precision, decides the rest.
 #include <embree3/rtcore.h>
 #include <fcl/narrowphase/detail/traversal/collision/intersect.h>
 

@@ -1,3 +1,4 @@
+// FCL as a contestant of the bench of large meshes.
 #include <fcl/geometry/bvh/BVH_model.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
@@ -29,7 +30,7 @@ class FclMeshes final : public MeshContestant {
   std::string name() const override { return "FCL, OBBRSS"; }
   bool is_exact() const override { return false; }
   std::size_t most_triangles() const override { return 1'000'000; }
-  // It tells all triangles that share a vertex, too: twelve a triangle.
+  // FCL also reports all pairs of triangles that share a vertex: twelve a triangle.
   std::size_t most_triangles_of_self() const override { return 200'000; }
 
   void build() override { a_ = fcl_model(given_.a); }

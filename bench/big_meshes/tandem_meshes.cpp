@@ -1,3 +1,4 @@
+// tandem as a contestant of the bench of large meshes.
 #include <malloc.h>
 #include <oneapi/tbb/parallel_for.h>
 

@@ -1,3 +1,4 @@
+// Bullet as a contestant of the broad-phase bench.
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 
 #include <utility>
@@ -7,14 +8,15 @@
 namespace tandem::bench {
 namespace {
 
-/// btDbvtBroadphase: boxes made larger, so that they rarely leave the tree's; it reports the pairs of the larger ones.
+/// btDbvtBroadphase: enlarges boxes so that they rarely leave those of its tree, and reports the pairs of the enlarged
+/// ones.
 class BulletContestant final : public BoxContestant {
  public:
   BulletContestant() = default;
   BulletContestant(const BulletContestant&) = delete;
   BulletContestant& operator=(const BulletContestant&) = delete;
   ~BulletContestant() override {
-    // Else each proxy is looked for among all pairs.
+    // Otherwise each proxy would be searched for among all pairs.
     broadphase_.getOverlappingPairCache()->getOverlappingPairArray().clear();
     for (btBroadphaseProxy* proxy : proxies_)
       if (proxy != nullptr) broadphase_.destroyProxy(proxy, nullptr);

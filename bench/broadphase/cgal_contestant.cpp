@@ -1,3 +1,4 @@
+// CGAL as a contestant of the broad-phase bench.
 #include <CGAL/Box_intersection_d/Box_d.h>
 #include <CGAL/box_intersection_d.h>
 

@@ -1,3 +1,4 @@
+// Embree as a contestant of the broad-phase bench.
 #include <embree3/rtcore.h>
 
 #include <mutex>
@@ -8,7 +9,7 @@
 namespace tandem::bench {
 namespace {
 
-/// rtcCollide of a scene with itself: pairs in both orders, and of boxes that share leaves that overlap.
+/// rtcCollide of a scene with itself: reports pairs in both orders, and of boxes that share overlapping leaves.
 class EmbreeContestant final : public BoxContestant {
  public:
   EmbreeContestant(bool refit, int threads)
@@ -43,7 +44,7 @@ class EmbreeContestant final : public BoxContestant {
       rtcSetGeometryUserData(geometry_, this);
       rtcSetGeometryBoundsFunction(geometry_, bounds, this);
       rtcAttachGeometryByID(scene_, geometry_, 0);
-      rtcReleaseGeometry(geometry_);  // the scene holds it
+      rtcReleaseGeometry(geometry_);  // the scene keeps a reference
     }
     rtcCommitGeometry(geometry_);
     rtcCommitScene(scene_);
@@ -60,7 +61,7 @@ class EmbreeContestant final : public BoxContestant {
   }
   static void put(void* user, RTCCollision* found, unsigned count) {
     auto& self = *static_cast<EmbreeContestant*>(user);
-    // On one thread, too: the threads of a device are an upper bound that other devices of the process may raise.
+    // Also on one thread: a device's number of threads is an upper bound, which other devices of the process may raise.
     const std::lock_guard lock(self.mutex_);
     for (unsigned i = 0; i < count; ++i)
       if (found[i].primID0 < found[i].primID1) self.out_->put(found[i].primID0, found[i].primID1);

@@ -1,3 +1,4 @@
+// FCL as a contestant of the broad-phase bench.
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/geometry/shape/sphere.h>
 #include <fcl/narrowphase/collision_object.h>
@@ -9,7 +10,7 @@
 namespace tandem::bench {
 namespace {
 
-/// An object that is a box and nothing else.
+/// A collision object that is only a box.
 class BoxObject final : public fcl::CollisionObject<float> {
  public:
   BoxObject(const std::shared_ptr<fcl::CollisionGeometry<float>>& geometry, std::uint32_t index)
@@ -23,10 +24,10 @@ class BoxObject final : public fcl::CollisionObject<float> {
 
 bool put(fcl::CollisionObject<float>* a, fcl::CollisionObject<float>* b, void* list) {
   static_cast<PairList*>(list)->put(static_cast<BoxObject*>(a)->index, static_cast<BoxObject*>(b)->index);
-  return false;  // go on
+  return false;  // continue
 }
 
-/// DynamicAABBTreeCollisionManager; bodies are registered all at once at first, then as they come and go.
+/// DynamicAABBTreeCollisionManager; bodies are registered all at once at first, then as they appear and leave.
 class FclContestant final : public BoxContestant {
  public:
   std::string name() const override { return "FCL tree"; }

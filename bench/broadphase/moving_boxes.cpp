@@ -1,3 +1,4 @@
+// The worlds of moving boxes of the broad-phase bench.
 #include "moving_boxes.h"
 
 #include <algorithm>
@@ -24,7 +25,7 @@ class BoxRandom {
   }
   double uniform(double lo, double hi) { return lo + (hi - lo) * (static_cast<double>(next() >> 11) * 0x1p-53); }
   Point in_cube(double side) { return {uniform(0, side), uniform(0, side), uniform(0, side)}; }
-  /// Log-uniform.
+  /// A log-uniform number.
   double decades(double lo, double hi) { return lo * std::pow(hi / lo, uniform(0, 1)); }
 
  private:
@@ -35,7 +36,7 @@ struct Body {
   Point centre{}, half{}, velocity{};
 };
 
-/// Bodies that fly and bounce at the walls of [lo, hi]^3, and boxes that stand still.
+/// Bodies that fly and bounce off the walls of [lo, hi]^3, and boxes that stand still.
 class Flying : public MovingBoxes {
  public:
   Flying(std::vector<Body> bodies, double lo, double hi, std::span<const Aabb> standing = {})
@@ -73,7 +74,7 @@ class Flying : public MovingBoxes {
   double lo_, hi_;
 };
 
-/// What a step adds to the flight: called before it, with the bodies and the step.
+/// Flying boxes whose motion is changed before each step by a function of the bodies and the step.
 class Stirred final : public Flying {
  public:
   using Stir = std::function<void(std::vector<Body>&, int)>;
@@ -89,7 +90,7 @@ class Stirred final : public Flying {
   Stir stir_;
 };
 
-/// A tenth of the bodies is away at a time, and a twentieth changes each step.
+/// A tenth of the bodies is absent at a time, and a twentieth appears or leaves in each step.
 class Changing final : public Flying {
  public:
   Changing(std::vector<Body> bodies, double side) : Flying(std::move(bodies), 0, side) {}
@@ -102,7 +103,7 @@ class Changing final : public Flying {
   }
 };
 
-/// All but every hundredth stand still and are not touched, and those that do make no pairs.
+/// 99 of 100 boxes stand still and are not written to; pairs of two of these are not wanted.
 class Still final : public Flying {
  public:
   Still(std::vector<Body> bodies, double side) : Flying(std::move(bodies), 0, side) {
@@ -130,7 +131,7 @@ std::vector<Body> bodies_of(std::size_t n, std::uint64_t seed, const std::functi
 
 Point same(double x) { return {x, x, x}; }
 
-/// Edge 1, random velocity of at most 5 % of it a step.
+/// A box of edge 1 with a random velocity of at most 5 % of it a step.
 Body unit_body(BoxRandom& random, const Point& centre) {
   return {centre, same(0.5), {random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05), random.uniform(-0.05, 0.05)}};
 }
@@ -143,7 +144,8 @@ std::vector<Body> pile(std::size_t n) {
   const auto across = static_cast<std::size_t>(std::ceil(std::cbrt(static_cast<double>(n))));
   std::size_t i = 0;
   return bodies_of(n, 2, [&](BoxRandom& r) {
-    // One apart and jittered: neighbours overlap along an axis half of the time, seven of the 26 on all three.
+    // Boxes one unit apart and jittered: neighbours overlap along an axis half of the time, seven of the 26 on all
+    // three.
     Body body{{}, same(0.5), {}};
     const std::array<std::size_t, 3> at{i % across, i / across % across, i / across / across};
     for (std::size_t k = 0; k < 3; ++k) {
@@ -155,7 +157,7 @@ std::vector<Body> pile(std::size_t n) {
   });
 }
 
-/// There and back again, so that a pile stays where it is.
+/// Reverses the motion, so that a pile stays where it is.
 void reverse(std::vector<Body>& bodies) {
   for (Body& body : bodies)
     for (double& v : body.velocity) v = -v;
@@ -191,7 +193,7 @@ std::unique_ptr<MovingBoxes> flying(std::vector<Body> bodies, double lo, double 
 /// The edge of a cube in which n unit boxes overlap one other on average.
 double side_of(std::size_t n) { return 2 * std::cbrt(static_cast<double>(n)); }
 
-/// W1 to W4 and what is made of them; null: another name.
+/// The worlds W1 to W4 and variants of them; null: another name.
 std::unique_ptr<MovingBoxes> usual_boxes(std::string_view name, std::size_t n) {
   const double side = side_of(n);
   if (name == "W1") return flying(unit_bodies(n, side), 0, side);
@@ -205,7 +207,7 @@ std::unique_ptr<MovingBoxes> usual_boxes(std::string_view name, std::size_t n) {
       if (step % 4 == 0) reverse(bodies);
     });
   if (name == "W3") {
-    // E[(a + b)^3] = 2 E[a^3] + 6 E[a^2] E[a] = 159 for edges log-uniform in 0.01..10.
+    // For edges log-uniform in 0.01..10, E[(a + b)^3] = 2 E[a^3] + 6 E[a^2] E[a] = 159.
     const double wide = std::cbrt(159.3) * side / 2;
     const auto edge = static_cast<float>(2 * wide);
     const Aabb ground{{-edge, -edge, -1}, {edge, edge, 0}};
@@ -226,7 +228,7 @@ std::unique_ptr<MovingBoxes> usual_boxes(std::string_view name, std::size_t n) {
   return nullptr;
 }
 
-/// Sizes over many decades, and clusters; null: another name.
+/// Worlds with sizes over many decades, and clusters; null: another name.
 std::unique_ptr<MovingBoxes> hard_places(std::string_view name, std::size_t n) {
   const double side = side_of(n);
   if (name == "decades")
@@ -252,7 +254,7 @@ std::unique_ptr<MovingBoxes> hard_places(std::string_view name, std::size_t n) {
   return nullptr;
 }
 
-/// Boxes on a line, in a plane, about a point, between walls, or thin; null: another name.
+/// Worlds with boxes on a line, in a plane, about a point, between walls, or thin; null: another name.
 std::unique_ptr<MovingBoxes> flat_places(std::string_view name, std::size_t n) {
   const double side = side_of(n);
   if (name == "line")
@@ -298,7 +300,7 @@ std::unique_ptr<MovingBoxes> flat_places(std::string_view name, std::size_t n) {
   return nullptr;
 }
 
-/// Motions that are hard on a method; null: another name.
+/// Worlds with motions that are hard for a method; null: another name.
 std::unique_ptr<MovingBoxes> hard_motions(std::string_view name, std::size_t n) {
   const double side = side_of(n);
   if (name == "identical")

@@ -1,3 +1,4 @@
+// tandem's methods as contestants of the broad-phase bench.
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -8,7 +9,7 @@
 namespace tandem::bench {
 namespace {
 
-/// Pairs of one thread, in batches as an executor takes them.
+/// The pairs of one thread, in batches as an executor takes them.
 class ThreadSink final : public PairSink {
  public:
   ThreadSink() : room_(4096) {

@@ -1,3 +1,4 @@
+// Families of solid meshes by formula, placed deep in each other.
 #include "depths/families.h"
 
 #include <cmath>
@@ -11,7 +12,7 @@ namespace {
 using reference::Random;
 constexpr double turn = 2 * std::numbers::pi;
 
-// A closed grid: point(u, v) in [0, 1)^2, both round about.
+// A closed grid of points point(u, v), u and v in [0, 1), periodic in both.
 template <class Point>
 Mesh closed_grid(int around, int along, Point&& point) {
   Mesh mesh;
@@ -26,7 +27,7 @@ Mesh closed_grid(int around, int along, Point&& point) {
   return mesh;
 }
 
-// A profile in the plane of radius and height, turned about z.
+// A point of a profile, in the plane of radius and height, turned about z.
 Vec3 turned(double angle, double radius, double height) {
   return {radius * std::cos(angle), radius * std::sin(angle), height};
 }
@@ -38,7 +39,7 @@ Mesh torus(double ring, double tube) {
   });
 }
 
-// Of rectangular profile.
+// A ring with a rectangular profile.
 Mesh ring_mesh(double inner, double outer, double height) {
   return closed_grid(48, 4, [=](int i, int j) {
     return turned(turn * i / 48, j < 2 ? outer : inner, (j == 1 || j == 2 ? 0.5 : -0.5) * height);
@@ -53,7 +54,7 @@ Mesh gear(int teeth, double bore, double height) {
   });
 }
 
-// A ball's triangles, its points where `point(j, i)` says, j rows from pole to pole.
+// A ball's triangles with the vertices point(j, i), j rows from pole to pole.
 template <class Point>
 Mesh ball_grid(int turns, int rings, Point&& point) {
   Mesh mesh;
@@ -66,7 +67,7 @@ Mesh ball_grid(int turns, int rings, Point&& point) {
   return mesh;
 }
 
-// A bowl that is open upwards: down the outside and up the inside of spheres of radius 1 and 1 - wall.
+// A bowl that is open upwards: the outside of a sphere of radius 1 and the inside of one of radius 1 - wall.
 Mesh bowl(double wall) {
   constexpr int rows = 8;
   return ball_grid(32, 2 * rows + 1, [=](int j, int i) {
@@ -84,7 +85,7 @@ Mesh blob(double phase) {
   });
 }
 
-// Turned anyhow, the places of their middles less apart than that.
+// Two meshes in random rotations, their centres less than `reach` apart.
 DeepPair placed(Mesh a, Mesh b, double reach, Random& random) {
   const Pose pose_a = Pose::from(random.quaternion(), random.vec(-1, 1));
   const Pose pose_b = Pose::from(random.quaternion(), pose_a.translation + random.in(0, reach) * random.direction());

@@ -13,7 +13,7 @@ struct DeepPair {
   Pose pose_a, pose_b;
 };
 
-/// Two solids of some hundred to thousand triangles each, about 1 in radius.
+/// A family of pairs of solids, of some hundred to thousand triangles each, about 1 in radius.
 struct DepthFamily {
   std::string name;
   DeepPair (*make)(reference::Random& random);

@@ -1,3 +1,4 @@
+// Measures the costs of this machine's threads, tasks and queues for the simulator of executors.
 #include "machine_costs.h"
 
 #include <oneapi/tbb/concurrent_queue.h>
@@ -30,7 +31,7 @@ bool wait_until(const std::atomic<bool>& flag) {
   return true;
 }
 
-/// An empty tile of a step on one thread.
+/// The cost of an empty tile of a step on one thread.
 void measure_task(Samples& out) {
   constexpr std::size_t tiles = 20'000;
   TileWork work({.tiles = tiles});
@@ -43,7 +44,7 @@ void measure_task(Samples& out) {
   }
 }
 
-/// Through the queue from one thread to another.
+/// The cost of a message through the queue from one thread to another.
 void measure_message(Samples& out) {
   constexpr int messages = 20'000;
   for (int i = 0; i < 10; ++i) {
@@ -63,7 +64,7 @@ void measure_message(Samples& out) {
   }
 }
 
-/// A cache line from one spinning thread to another.
+/// The cost of passing a cache line from one spinning thread to another.
 void measure_hand_over(Samples& out) {
   constexpr int rounds = 2000;
   for (int i = 0; i < 20; ++i) {
@@ -83,7 +84,7 @@ void measure_hand_over(Samples& out) {
   }
 }
 
-/// An arena of a phase as the executor has it, with room for one worker, and in it a graph of one node.
+/// An arena of a phase as the executor makes it, with room for one worker, and in it a graph of one node.
 class Node {
  public:
   Node() : arena_(2, 1) {
@@ -100,7 +101,7 @@ class Node {
     flag_.store(false, std::memory_order_relaxed);
     node_->try_put(0);
   }
-  /// The time from `begin` to the worker's first instruction; nothing when none came.
+  /// The time from `begin` to the worker's first instruction; nothing if none came.
   std::optional<double> arrival(Clock::time_point begin) {
     const bool came = wait_until(flag_);
     arena_.execute([this] { graph_->wait_for_all(); });
@@ -130,7 +131,8 @@ void measure_wake(Samples& out) {
   }
 }
 
-/// Both arenas re-created right after a worker was at work in one of them; then its first task in the new one.
+/// The time to make both arenas anew right after a worker was active in one of them, then until its first task in the
+/// new one.
 void measure_resize(Samples& resize, Samples& move) {
   Node broad, narrow;
   for (int i = 0; i < 200; ++i) {

@@ -1,3 +1,4 @@
+// An event simulation of the executors' rules on virtual cores.
 #include "simulator.h"
 
 #include <algorithm>
@@ -15,14 +16,14 @@ namespace tandem::bench {
 
 /// A virtual core.
 struct Simulator::Thread {
-  bool broad = true;  // its side of the split
-  double free = 0;    // from then on it can take work
+  bool broad = true;  // its phase in the split
+  double free = 0;    // time from which on it can take work
 };
 
-/// The shared stage: tiles that emit and batches that are narrowed.
+/// The simulated shared stage: tiles that emit pairs and batches that are narrowed.
 class Simulator::Shared {
  public:
-  /// `costliest_ns`: heavy pairs that cost so much are begun first.
+  /// `costliest_ns`: heavy pairs of at least this cost are begun first.
   Shared(Policy policy, const MachineCosts& costs, const MeasuredStep& work, BatchPairs batch_pairs,
          double costliest_ns, const std::vector<Thread>& threads)
       : policy_(policy),
@@ -37,7 +38,7 @@ class Simulator::Shared {
         threads_(threads),
         agents_(threads.size()) {}
 
-  /// Returns when the last thread is done.
+  /// Runs the stage from this time; returns the time when the last thread is done.
   double run(double from) {
     double first_pair = 0;
     for (const MeasuredStep::Tile& tile : work_.tiles) {
@@ -55,13 +56,13 @@ class Simulator::Shared {
     return end;
   }
   double broad_ns = 0, narrow_ns = 0;
-  double heavy_ns = 0;  // of the narrow phase
+  double heavy_ns = 0;  // time of heavy pairs in the narrow phase
   std::uint64_t heavy_pairs = 0;
 
  private:
   struct Ready {
     double ns = 0;
-    std::uint64_t heavy_pairs = 0;  // 0: a batch of others
+    std::uint64_t heavy_pairs = 0;  // 0: a batch of light pairs
     bool costliest = false;
   };
   struct Agent {
@@ -69,17 +70,17 @@ class Simulator::Shared {
     double tile_pair = 0, tile_end = 0;  // the pairs of the tile in hand that are still to come
     double ns_a_pair = 0;
     bool in_tile = false;
-    double batch_pairs = 0, batch_ns = 0;  // the batch in hand, without the heavy ones
-    std::vector<double> heavy;             // of the batch in hand
-    std::deque<Ready> full;                // its batches that wait for room in the queue
-    bool ends_tile = false;                // with the work it is doing
+    double batch_pairs = 0, batch_ns = 0;  // the batch in hand, without heavy pairs
+    std::vector<double> heavy;             // heavy pairs of the batch in hand
+    std::deque<Ready> full;                // full batches that wait for room in the queue
+    bool ends_tile = false;                // the tile ends with the work that it is doing
     double last_work = 0;
   };
   using Event = std::tuple<double, std::uint64_t, std::size_t>;  // time, order, thread
 
   void schedule(std::size_t who, double at) { events_.push({at, order_++, who}); }
 
-  /// What the threads that are at work now cost another one.
+  /// The slowdown that the threads now at work cause another one.
   double slowdown(std::size_t who, double now) const {
     std::size_t others = 0;
     for (std::size_t i = 0; i < agents_.size(); ++i) others += i != who && agents_[i].last_work > now ? 1 : 0;
@@ -87,7 +88,7 @@ class Simulator::Shared {
     return 1 + (costs_.slowdown - 1) * static_cast<double>(others) / static_cast<double>(agents_.size() - 1);
   }
 
-  /// `ns` of work and `overhead` beside it.
+  /// Adds `ns` of work and `overhead` to a thread.
   void work_for(std::size_t who, double now, double ns, double overhead, double& account) {
     const double time = ns * sharing_ * slowdown(who, now) + overhead + costs_.task;
     account += time;
@@ -130,7 +131,7 @@ class Simulator::Shared {
     return true;
   }
 
-  /// The tile in hand up to the next full batch or its end.
+  /// Runs the tile in hand up to the next full batch or its end.
   void emit(std::size_t who, double now) {
     Agent& agent = agents_[who];
     const double pairs = std::min(agent.tile_end - agent.tile_pair, batch_pairs_ - agent.batch_pairs);
@@ -156,7 +157,7 @@ class Simulator::Shared {
     if (heavy_most_ == 0) {
       agent.batch_ns = std::accumulate(agent.heavy.begin(), agent.heavy.end(), agent.batch_ns);
     } else {
-      // The executors guess by the step before who they are, and are right for nearly all.
+      // The executors estimate from the step before which pairs are costliest, and are right for nearly all.
       const auto rest = std::stable_partition(agent.heavy.begin(), agent.heavy.end(),
                                               [this](double ns) { return ns >= costliest_ns_; });
       for (auto at = agent.heavy.begin(), end = at; at != agent.heavy.end(); at = end) {
@@ -175,7 +176,7 @@ class Simulator::Shared {
     for (const std::size_t who : std::exchange(idle_, {})) schedule(who, now + costs_.hand_over);
   }
 
-  /// Hands a full batch on; false when that made the thread narrow a batch itself.
+  /// Hands a full batch on; false if the queue was full and the thread narrowed a batch itself.
   bool deliver(std::size_t who, double& now) {
     Agent& agent = agents_[who];
     while (!agent.full.empty()) {
@@ -224,7 +225,7 @@ class Simulator::Shared {
   const std::vector<Thread>& threads_;
   std::vector<Agent> agents_;
   std::vector<double> first_pairs_;
-  std::array<std::deque<Ready>, 3> queues_;  // by turns: the costliest batches, other heavy ones, the rest
+  std::array<std::deque<Ready>, 3> queues_;  // in turn: the costliest batches, other heavy ones, the rest
   std::vector<std::size_t> idle_;
   std::uint64_t order_ = 0;
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
@@ -239,7 +240,7 @@ Simulator::Simulator(Policy policy, int threads, Split fixed, BalanceRule rule, 
       form_(policy == Policy::strict ? StepForm::overlapped : wanted, small_step_ms, policy != Policy::fused),
       before_(balancer_.split()) {}
 
-// Blocks in their order, each to the thread that is free first.
+// Runs blocks in their order, each on the thread that is free first.
 double Simulator::stage(const MeasuredStep::Stage& stage, const std::vector<Thread>& threads, double from,
                         bool narrow_helps) const {
   from += stage.open_ns;
@@ -258,7 +259,7 @@ double Simulator::stage(const MeasuredStep::Stage& stage, const std::vector<Thre
   return end + (threads.size() > 1 ? costs_.hand_over : 0);
 }
 
-// Sorted pairs by runs of batches, those with heavy pairs first.
+// The runs of batches of sorted pairs, those with heavy pairs first.
 std::vector<Simulator::OrderedBatch> Simulator::ordered_batches(const MeasuredStep& work) const {
   const BatchPairs size = batch_size_.get(StepForm::ordered);
   std::vector<OrderedBatch> batches;
@@ -288,7 +289,7 @@ std::vector<Simulator::OrderedBatch> Simulator::ordered_batches(const MeasuredSt
   return batches;
 }
 
-/// The tiles, the order of the pairs, then the narrow batches, a stage each.
+/// Runs the tiles, the sorting of pairs, then the narrow batches, a stage each.
 double Simulator::ordered_phase(const MeasuredStep& work, const std::vector<Thread>& threads, double now,
                                 SimulatedStep& result, ExecutionReport& report) const {
   const double slowdown = costs_.slowdown * costs_.sharing;

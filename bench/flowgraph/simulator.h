@@ -11,21 +11,21 @@
 
 namespace tandem::bench {
 
-/// What the machinery costs (ns), measured on this machine.
+/// The costs of this machine's threads and queues (ns), measured.
 struct MachineCosts {
   double task = 0;       ///< taking and timing a block, tile or batch
-  double message = 0;    ///< a batch into the queue and out of it
-  double wake = 0;       ///< start of a step to a sleeping worker's first instruction
-  double resize = 0;     ///< re-creating both arenas, on the caller
-  double move = 0;       ///< a re-created arena to the first task of a worker that was in the old one
-  double hand_over = 0;  ///< end of a stage, or a batch in the queue, to a thread that spins for it
-  double sharing = 1;    ///< of work on what another core wrote before or will read, >= 1
-  double slowdown = 1;   ///< of a thread's work while all others work too: shared caches, memory, clock, >= 1
+  double message = 0;    ///< putting a batch into the queue and taking it out
+  double wake = 0;       ///< from the start of a step to a sleeping worker's first instruction
+  double resize = 0;     ///< making both arenas anew, on the caller
+  double move = 0;       ///< from a new arena to the first task of a worker that was in the old one
+  double hand_over = 0;  ///< from the end of a stage, or a batch in the queue, to a thread that spins for it
+  double sharing = 1;    ///< factor for data that another core wrote before or will read, >= 1
+  double slowdown = 1;   ///< factor for a thread while all others work, too (shared caches, memory, clock), >= 1
 };
 
 enum class Policy : std::uint8_t { sequential, barrier, fused, strict, conserving };
 
-/// What a step took on virtual cores.
+/// The times of a step on virtual cores.
 struct SimulatedStep {
   double ns = 0;
   double broad_ns = 0, narrow_ns = 0;  ///< busy, summed over threads
@@ -34,12 +34,12 @@ struct SimulatedStep {
 };
 
 /// Runs recorded steps on P virtual cores: an event simulation of the executors' rules in which every tile and batch
-/// costs what it cost when it was recorded. Keeps what the executor keeps from step to step: the balance, the size of
-/// batches and the form of the steps.
+/// costs what it cost when it was recorded. Keeps the state that the executor keeps from step to step: the balance, the
+/// size of batches and the form of the steps.
 class Simulator {
  public:
-  /// `fixed` dynamic: balanced by `rule`. threads >= 2 but for Policy::sequential. `wanted`: as in PipelineOptions;
-  /// Policy::strict overlaps, Policy::fused never puts pairs in order.
+  /// `fixed` dynamic: balanced by `rule`. threads >= 2 except for Policy::sequential. `wanted`: as in PipelineOptions;
+  /// Policy::strict always overlaps, Policy::fused never sorts pairs first.
   Simulator(Policy policy, int threads, Split fixed, BalanceRule rule, const MachineCosts& costs,
             StepForm wanted = StepForm::automatic);
   SimulatedStep step(const MeasuredForms& forms);

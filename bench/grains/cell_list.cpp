@@ -1,3 +1,4 @@
+// Cell lists as contestants of the bench of grains.
 #include "grains/cell_list.h"
 
 #include <algorithm>
@@ -25,7 +26,7 @@ struct Plane {
   double gap(const Ball& ball) const { return normal.dot(ball.centre - origin) - offset - ball.radius; }
 };
 
-/// Spheres by cells, and half-spaces.
+/// Spheres sorted by cells, and half-spaces.
 class Cells {
  public:
   explicit Cells(const Scene& scene) {
@@ -45,7 +46,7 @@ class Cells {
   }
   std::span<const Plane> planes() const { return planes_; }
 
-  // Forty lines. `meet(ball, ball)` and `land(plane, ball, gap)` are told of those that touch.
+  // Finds contacts, in forty lines; calls `meet(ball, ball)` and `land(plane, ball, gap)` for those that touch.
   template <class Meet, class Land>
   void detect(const Scene& scene, const Meet& meet, const Land& land) {
     const auto poses = scene.poses();
@@ -92,15 +93,15 @@ class Cells {
   }
 
  private:
-  double edge_ = 0;  // of a cell: the largest diameter
+  double edge_ = 0;  // edge of a cell: the largest diameter
   std::vector<Plane> planes_;
   std::vector<std::uint32_t> bodies_;
   std::vector<double> radius_;
-  std::vector<std::size_t> cell_, first_;  // of each sphere; of each cell, and the end
+  std::vector<std::size_t> cell_, first_;  // the cell of each sphere; the first sphere of each cell, and the end
   std::vector<Ball> balls_;                // cell by cell
 };
 
-/// Pairs in no order, and of each the depth.
+/// A detector that reports pairs in no order, with the depth of each.
 class DepthsAlone final : public SceneDetector {
  public:
   explicit DepthsAlone(const Scene& scene) : cells_(scene) {}
@@ -125,8 +126,8 @@ class DepthsAlone final : public SceneDetector {
   std::vector<TouchingPair> pairs_;
 };
 
-/// The list that tandem has, to the last bit: sorted pairs, answers and contacts. Pairs are put in order before their
-/// answers are written, each once and where it is to lie.
+/// A detector that makes the same list as tandem, to the last bit: sorted pairs, answers and contacts. Pairs are sorted
+/// before their answers are written, each once and in its final place.
 class WholeList final : public SceneDetector {
  public:
   explicit WholeList(const Scene& scene) : cells_(scene), placed_(scene.indices()), next_(scene.indices() + 1) {}
@@ -164,9 +165,9 @@ class WholeList final : public SceneDetector {
   std::uint64_t list_hash() const override { return hash(list_); }
 
  private:
-  /// By a counting sort of the first bodies, then by insertion.
+  /// Sorts by a counting sort of the first bodies, then by insertion.
   void sort() {
-    for (std::size_t a = 1; a < next_.size(); ++a) next_[a] += next_[a - 1];  // of a: where its pairs begin
+    for (std::size_t a = 1; a < next_.size(); ++a) next_[a] += next_[a - 1];  // now: where the pairs of a begin
     sorted_.resize(touching_.size());
     for (const Pair& pair : touching_) sorted_[next_[pair.a]++] = pair.b;
     std::uint32_t first = 0;
@@ -213,7 +214,7 @@ class WholeList final : public SceneDetector {
   Cells cells_;
   std::vector<Pair> touching_;
   std::vector<Ball> placed_;                  // a body
-  std::vector<std::uint32_t> next_, sorted_;  // a body: where its next pair goes; second bodies
+  std::vector<std::uint32_t> next_, sorted_;  // for each body: where its next pair goes; second bodies
   ContactList list_;
 };
 

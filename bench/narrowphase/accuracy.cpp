@@ -1,3 +1,4 @@
+// Compares a contestant's answers with the certified reference.
 #include "accuracy.h"
 
 #include <fmt/format.h>
@@ -16,7 +17,7 @@ namespace {
 struct Verdict {
   bool failed = false, wrong = false, wrong_normal = false;
   double error = 0;
-  /// Failures first, then wrong verdicts, then by error.
+  /// Order: failures first, then wrong verdicts, then by error.
   bool worse_than(const Verdict& other) const {
     return std::tuple(failed, wrong, error) > std::tuple(other.failed, other.wrong, other.error);
   }
@@ -32,7 +33,7 @@ Verdict judge(const Found& found, const reference::Truth& truth, double size, Re
     v.error = gap / size;
     return v;
   }
-  // What misses has no contacts, and some libraries measure only what touches.
+  // Separated pairs have no contacts, and some libraries measure only pairs that touch.
   if (request == Request::collide || !found.measured) return v;
   v.error = std::max(0.0, std::abs(found.signed_distance - truth.signed_distance) - truth.error) / size;
   v.wrong_normal = truth.normal_unique && !found.normal.isZero() && (found.normal - truth.normal).norm() > 1e-3;
@@ -74,7 +75,7 @@ Accuracy judge(const Workload& work, Request request, std::span<const Found> fou
 
 namespace {
 
-/// All of a record but its closing bracket.
+/// Begins a record, up to its closing bracket.
 JsonWriter begin_record(std::string_view id, const reference::PosedPair& pair, std::string_view request) {
   JsonWriter out;
   out.begin_object().member("id", id);

@@ -1,3 +1,4 @@
+// Bullet as a contestant of the narrow-phase bench.
 #include <BulletCollision/CollisionDispatch/btBoxBoxDetector.h>
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/NarrowPhaseCollision/btGjkEpa2.h>
@@ -13,16 +14,16 @@
 namespace tandem::bench {
 namespace {
 
-// Named with the precision that this Bullet was built with.
+// The name gives the precision that this Bullet was built with.
 
-/// What Bullet keeps as margin and leaves out of the support function.
+/// The margin of Bullet's shape, which its support function leaves out.
 double round_part(const Shape& s) {
   return s.kind() == ShapeKind::sphere || s.kind() == ShapeKind::capsule ? s.radius() : 0;
 }
 
 using BulletShapes = std::vector<std::array<std::unique_ptr<btConvexShape>, 2>>;
 
-/// Empty where a shape cannot be made.
+/// The shapes; empty if one cannot be made.
 BulletShapes bullet_shapes(const Question& question) {
   BulletShapes out;
   for (const reference::PosedPair& p : question.pairs) {
@@ -59,7 +60,7 @@ std::unique_ptr<PairSolver> pair_detector(const Question& question) {
     btGjkPairDetector detector(shapes[i][0].get(), shapes[i][1].get(), &simplex, &depth);
     Deepest result;
     detector.getClosestPoints(input(pairs[i]), result, nullptr);
-    result.found.failed = !result.found.measured;  // no distance bound was set: it owes an answer
+    result.found.failed = !result.found.measured;  // no distance limit was set, so an answer is due
     return result.found;
   });
 }
@@ -77,7 +78,7 @@ std::unique_ptr<PairSolver> gjk_epa2(const Question& question) {
                                                     tb.getOrigin() - ta.getOrigin(), result);
     if (!ok) return Found{.failed = true};
     const double d = result.distance - round_part(p.a) - round_part(p.b);
-    // Its normal is in A's frame, from B to A or the other way as it comes: not compared.
+    // The normal is in A's frame, from B to A or reversed as it happens: not compared.
     return Found{.collide = d <= 0, .measured = true, .signed_distance = d};
   });
 }

@@ -1,3 +1,4 @@
+// Bullet's shapes for the narrow-phase bench.
 #include "bullet_shape.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>

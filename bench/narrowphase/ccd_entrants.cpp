@@ -1,3 +1,4 @@
+// libccd as a contestant of the narrow-phase bench.
 #include <ccd/ccd.h>
 
 #include <algorithm>
@@ -9,7 +10,7 @@
 namespace tandem::bench {
 namespace {
 
-/// A shape as libccd's callbacks see it; the pose is set for each query.
+/// A shape as libccd's callbacks get it; the pose is set for each query.
 struct SupportBody {
   ShapeKind kind = ShapeKind::sphere;
   std::array<double, 3> size{};  ///< half edges, radii, or radius and half length
@@ -33,7 +34,7 @@ SupportBody body(const Shape& s) {
       break;
     case ShapeKind::box:
     case ShapeKind::ellipsoid: {
-      const Vec3 h = s.half_size();  // an ellipsoid's radii
+      const Vec3 h = s.half_size();  // for an ellipsoid, its radii
       out.size = {h.x(), h.y(), h.z()};
       break;
     }
@@ -103,7 +104,8 @@ ccd_t settings() {
   return s;
 }
 
-/// Yes or no, and for Request::distance the depth of pairs that touch: libccd has no distance of those that do not.
+/// Collision verdicts, and for Request::distance the depth of pairs that touch: libccd has no distance of separated
+/// pairs.
 std::unique_ptr<PairSolver> enter(const Question& question, Method method) {
   if (question.request == Request::contacts) return nullptr;
   std::vector<std::array<SupportBody, 2>> bodies;

@@ -1,3 +1,4 @@
+// FCL as a contestant of the narrow-phase bench.
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 
@@ -37,9 +38,9 @@ std::unique_ptr<PairSolver> collide(const Question& question) {
   });
 }
 
-/// Without the sign it has closed forms for some pairs, and no depth of those that touch.
+/// Distances. Unsigned, FCL has closed forms for some pairs, but no depth of pairs that touch.
 std::unique_ptr<PairSolver> distance(const Question& question, bool is_signed) {
-  // It has no support function of a half-space.
+  // FCL has no support function of a half-space.
   for (const reference::PosedPair& p : question.pairs)
     if (!p.a.is_bounded() || !p.b.is_bounded()) return nullptr;
   fcl::DistanceRequestd request(true, is_signed);
@@ -52,7 +53,7 @@ std::unique_ptr<PairSolver> distance(const Question& question, bool is_signed) {
     const double d = result.min_distance;
     Found out{.collide = d <= 0, .measured = true, .signed_distance = d};
     if (d <= 0 && !is_signed) return Found{.collide = true};
-    // FCL has no normal here: its users take the witness points' direction.
+    // FCL gives no normal here: its users take the direction between the witness points.
     const Vec3 between = result.nearest_points[1] - result.nearest_points[0];
     if (const double length = between.norm(); length > 0) out.normal = (d > 0 ? 1 : -1) / length * between;
     return out;

@@ -1,3 +1,4 @@
+// FCL's shapes for the benches.
 #include "fcl_shape.h"
 
 #include <fcl/geometry/bvh/BVH_model.h>

@@ -1,3 +1,4 @@
+// The contestants on one workload and request: pairs of convex shapes and half-spaces.
 #include <memory>
 
 #include "player.h"

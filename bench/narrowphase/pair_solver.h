@@ -1,3 +1,4 @@
+// The interface of a library in the narrow-phase bench.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -15,31 +16,31 @@
 
 namespace tandem::bench {
 
-/// What a solver says of one pair, in any contestant's words.
+/// The answer of any library for one pair.
 struct Found {
-  bool failed = false;         ///< an exception, an error code, a refusal
+  bool failed = false;         ///< an exception, an error code, or a refusal
   bool collide = false;        ///< Request::contacts: there is a contact
   bool measured = false;       ///< signed_distance is set
-  double signed_distance = 0;  ///< Request::contacts: minus the depth of the deepest
+  double signed_distance = 0;  ///< Request::contacts: minus the depth of the deepest contact
   Vec3 normal = Vec3::Zero();  ///< unit, from A to B; zero: none given
 };
 
-/// What all contestants are asked. The pairs outlive them.
+/// The question to all contestants. The pairs outlive it.
 struct Question {
   std::span<const reference::PosedPair> pairs;
   Request request = Request::collide;
-  std::size_t tracks = 0;  ///< > 0: pair i + tracks is pair i a moment later
+  std::size_t tracks = 0;  ///< > 0: pair i + tracks is pair i one time step later
 };
 
-/// A library set up for a question as a careful user would: its shapes built, nothing allocated per query that the
-/// library does not allocate itself.
+/// A library set up for a question as a careful user would do it: its shapes are built, and no query allocates but
+/// within the library.
 class PairSolver {
  public:
   virtual ~PairSolver() = default;
-  /// Answers every pair of the question, in order. This is what is timed. A pair at which it aborts is left out.
+  /// Answers every pair of the question, in order; this is timed. Pairs at which the library aborts are left out.
   virtual void answer(std::span<Found> out) = 0;
   virtual void answer_one(std::size_t pair) = 0;
-  /// Pairs with a nonzero mark are failures from now on and not asked for again. One mark a pair, or none.
+  /// Declares pairs with a nonzero mark failures, which are not asked again. One mark a pair, or none.
   void leave_out(std::vector<char> pairs) { left_out_ = std::move(pairs); }
   std::size_t left_out() const { return static_cast<std::size_t>(std::count(left_out_.begin(), left_out_.end(), 1)); }
 
@@ -56,11 +57,11 @@ class PairSolver {
 
 struct Entrant {
   std::string name;
-  /// Null where the library has no answer to the question.
+  /// Null if the library has no answer to the question.
   std::function<std::unique_ptr<PairSolver>(const Question&)> enter;
 };
 
-/// The entrant that is handed all pairs of a question together.
+/// The contestant that is given all pairs of a question together.
 inline constexpr std::string_view several_at_once = "tandem, several at once";
 
 std::vector<Entrant> tandem_entrants();
@@ -68,7 +69,7 @@ std::vector<Entrant> fcl_entrants();
 std::vector<Entrant> ccd_entrants();
 std::vector<Entrant> bullet_entrants();
 
-/// A solver from a function of the pair's number; it may throw.
+/// A solver by a function of the pair's number, which may throw.
 template <typename One>
 std::unique_ptr<PairSolver> each_pair(One one) {
   class EachPair final : public PairSolver {

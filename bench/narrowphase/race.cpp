@@ -1,3 +1,4 @@
+// Times contestants in turn.
 #include "race.h"
 #include "clocks.h"
 
@@ -24,13 +25,13 @@ std::vector<Samples> race(const std::vector<Runner>& runners, int rounds) {
   std::vector<Plan> plans;
   for (const Runner& runner : runners) {
     double once = run(runner.pass, 1);
-    if (once < sample_ns) once = std::max(run(runner.pass, 1), 1.0);  // the first filled the caches
+    if (once < sample_ns) once = std::max(run(runner.pass, 1), 1.0);  // the first pass fills the caches
     const int passes = std::max(1, static_cast<int>(sample_ns / once));
     const auto affordable = static_cast<int>(std::min(budget_ns / (once * (passes + 1)), 1e6));
     plans.push_back({passes, runner.queries() == 0 ? 0 : std::clamp(affordable, 1, rounds)});
   }
   std::vector<Samples> out(runners.size());
-  // Who comes after a contestant of the same code finds the processor's branch predictor taught: no one always does.
+  // A contestant that follows one with the same code finds the branch predictor trained: so the order changes.
   std::vector<std::size_t> order(runners.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::mt19937 random(1);
@@ -40,7 +41,7 @@ std::vector<Samples> race(const std::vector<Runner>& runners, int rounds) {
       const auto& [passes, most] = plans[who];
       if (round >= most) continue;
       const auto& [pass, queries] = runners[who];
-      pass();  // all meet the caches as they leave them, not as the one before did
+      pass();  // fills the caches with its own data first, so that the contestant before does not matter
       const double time = run(pass, passes);
       if (queries() > 0) out[who].add(time / (static_cast<double>(passes) * static_cast<double>(queries())));
     }

@@ -1,3 +1,4 @@
+// tandem as a contestant of the narrow-phase bench.
 #include "pair_solver.h"
 #include "tandem/narrowphase/several_pairs.h"
 
@@ -32,7 +33,7 @@ std::unique_ptr<PairSolver> cold(const Question& question, const NarrowPhaseOpti
   });
 }
 
-/// Begins each track anew, and then with what the step before left.
+/// Follows pairs over time: begins each track without, then continues with the cache that the time step before left.
 std::unique_ptr<PairSolver> warm(const Question& question) {
   if (question.tracks == 0) return nullptr;
   return each_pair([solver = NarrowPhase(), pairs = question.pairs, request = question.request,
@@ -54,13 +55,13 @@ std::vector<PlacedPair> placed(const Question& question) {
   return out;
 }
 
-/// Contacts of all pairs, handed over at once.
+/// Contacts of all pairs, given together.
 class SeveralContacts final : public PairSolver, private AnswerSink {
  public:
   explicit SeveralContacts(const Question& question) : placed_(placed(question)) {}
   void answer(std::span<Found> out) override {
     out_ = out;
-    std::fill(out.begin(), out.end(), Found());  // who is apart is passed over
+    std::fill(out.begin(), out.end(), Found());  // separated pairs are skipped
     solve(placed_);
   }
   void answer_one(std::size_t pair) override {
@@ -92,7 +93,7 @@ class SeveralContacts final : public PairSolver, private AnswerSink {
   std::span<Found> out_;
 };
 
-/// Yes or no of all pairs: those that are not seen to be apart at once are asked for one by one.
+/// Verdicts of all pairs: pairs not separated by the quick test are asked for one by one.
 class SeveralVerdicts final : public PairSolver {
  public:
   explicit SeveralVerdicts(const Question& question) : placed_(placed(question)), apart_(placed_.size()) {}
@@ -112,7 +113,7 @@ class SeveralVerdicts final : public PairSolver {
   std::vector<std::uint8_t> apart_;
 };
 
-/// Of the kinds that are not solved one by one.
+/// For kinds that can be solved several at once.
 std::unique_ptr<PairSolver> several(const Question& question) {
   const reference::PosedPair& p = question.pairs.front();
   const auto are = [&](ShapeKind a, ShapeKind b) { return p.a.kind() == a && p.b.kind() == b; };

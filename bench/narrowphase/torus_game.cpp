@@ -1,3 +1,4 @@
+// The game of two torus meshes.
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -41,7 +42,7 @@ Shape torus() {
   return Shape(std::move(mesh));
 }
 
-/// The pose at which B, coming from afar against `away`, is first found to touch A, within 1e-15.
+/// The pose at which B, coming from far in the direction opposite to `away`, first touches A, within 1e-15.
 Pose touching(const Shape& shape, const Pose& a, Pose b, const Vec3& away) {
   const NarrowPhase solver;
   const Vec3 start = a.translation;
@@ -59,7 +60,7 @@ Pose touching(const Shape& shape, const Pose& a, Pose b, const Vec3& away) {
   return b;
 }
 
-/// B placed in a class; sizes are parts of the torus's.
+/// Places B according to a class; lengths relative to the torus's size.
 PosePair place(const Shape& shape, std::string_view pair_class, std::uint64_t index) {
   reference::Random r(index * 16 + pair_class.size());
   const double size = shape.size();
@@ -107,7 +108,7 @@ PosePair place(const Shape& shape, std::string_view pair_class, std::uint64_t in
 TrianglePairs all_against_all(const std::vector<Shape>& triangles, const PosePair& p) {
   const NarrowPhase solver;
   const auto bounds = [&](const Pose& pose) {
-    // Further out than rounding reaches.
+    // Beyond the reach of rounding.
     const double slack = 1e-12 * (1 + pose.translation.norm());
     std::vector<Bounds> out;
     for (const Shape& t : triangles) {
@@ -143,15 +144,15 @@ std::shared_ptr<const Tori> make_tori(std::string_view pair_class, std::size_t n
   return tori;
 }
 
-/// Those that are apart, and how far.
+/// The separated pairs, and their distances.
 struct TorusGaps {
   Shape shape;
   std::vector<PosePair> poses;
   std::vector<double> truths;
 };
 
-/// The least of all triangles against all, by the reference where a plane across one of a few directions does not show
-/// that two are farther apart than others.
+/// The least distance over all pairs of triangles, by the reference, except for pairs that a plane across one of a few
+/// directions shows to be farther apart than others.
 double all_distances(const MeshModel& mesh, const std::vector<Shape>& triangles, const PosePair& p) {
   const auto placed = [&](std::uint32_t t, const Pose& pose) {
     std::array<Vec3, 3> corners = mesh.corners(t);
@@ -163,7 +164,7 @@ double all_distances(const MeshModel& mesh, const std::vector<Shape>& triangles,
     std::uint32_t i, j;
   };
   std::vector<Pair> pairs;
-  double most = 1e300;  // no more than this
+  double most = 1e300;  // an upper bound so far
   for (std::uint32_t i = 0; i < triangles.size(); ++i) {
     const auto a = placed(i, p.a);
     const Vec3 middle_a = (a[0] + a[1] + a[2]) / 3, normal_a = (a[1] - a[0]).cross(a[2] - a[0]).normalized();
@@ -268,7 +269,7 @@ Player fcl_player(const std::shared_ptr<const Tori>& tori, bool lists) {
           [tori, answers, lists] { return judge(*tori, *answers, lists); }};
 }
 
-/// How far apart, as a contestant measures it.
+/// Distances as a contestant measures them.
 Player distance_player(const std::string& name, const std::shared_ptr<const TorusGaps>& gaps,
                        const std::function<double(const PosePair&)>& distance) {
   const auto answers = std::make_shared<std::vector<double>>(gaps->poses.size());

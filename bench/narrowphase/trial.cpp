@@ -1,3 +1,4 @@
+// Finds the queries at which a library aborts or hangs.
 #include "trial.h"
 
 #include <fcntl.h>
@@ -15,7 +16,7 @@
 namespace tandem::bench {
 namespace {
 
-/// The number of the query under way, seen by both processes.
+/// The number of the current query, seen by both processes.
 class SharedCounter {
  public:
   SharedCounter() : page_(::mmap(nullptr, sizeof(Counter), PROT_READ | PROT_WRITE, MAP_SHARED | MAP_ANONYMOUS, -1, 0)) {
@@ -34,7 +35,7 @@ class SharedCounter {
 };
 
 void leave_attempt(int) {
-  if (abort_is_caught == 0) return;  // abort() goes on to end the process
+  if (abort_is_caught == 0) return;  // abort() then ends the process
   abort_is_caught = 0;
   siglongjmp(abort_target, 1);
 }
@@ -63,7 +64,7 @@ thread_local sigjmp_buf abort_target;
 AbortTrap::AbortTrap() {
   struct sigaction action {};
   action.sa_handler = leave_attempt;
-  action.sa_flags = SA_NODEFER;  // the mask stays as it is when the handler is left by a jump
+  action.sa_flags = SA_NODEFER;  // the handler is left by a jump, with the signal mask unchanged
   ::sigaction(SIGABRT, &action, nullptr);
 }
 

@@ -1,3 +1,4 @@
+// Guards against queries at which a library aborts, crashes or hangs.
 #pragma once
 #include <csetjmp>
 #include <csignal>
@@ -6,12 +7,13 @@
 
 namespace tandem::bench {
 
-/// Which of the queries 0..n-1 end the process (an assertion, a bad access) or take more than 10 ms: nonzero. They are
-/// tried in child processes, silently. Call it while no other thread holds a lock that `query` needs.
+/// Marks, nonzero, the queries of 0..n-1 that end the process (an assertion, a bad access) or take more than 10 ms.
+/// They are tried in child processes, silently. To be called while no other thread holds a lock that `query` needs.
 std::vector<char> deadly_queries(std::size_t n, const std::function<void(std::size_t)>& query);
 
 /// While it lives, an abort() within `attempt` on this thread ends that attempt instead of the process: some libraries
-/// abort at addresses' whim, at queries that a trial survived. What the attempt held is not released. One at a time.
+/// abort, depending on addresses, at queries that passed a trial. Resources of the attempt are not released. One trap
+/// at a time.
 class AbortTrap {
  public:
   AbortTrap();
@@ -20,11 +22,11 @@ class AbortTrap {
   AbortTrap& operator=(const AbortTrap&) = delete;
 };
 
-/// Where an abort goes, if it is caught: a signal handler knows no other way.
+/// Set while aborts are caught: a signal handler has no other input.
 extern thread_local std::sig_atomic_t abort_is_caught;
 extern thread_local sigjmp_buf abort_target;
 
-/// False if it aborted, with an AbortTrap alive.
+/// Runs the work; false if it aborted, with an AbortTrap alive.
 template <typename Work>
 bool attempt(const Work& work) {
   if (sigsetjmp(abort_target, 0) != 0) return false;

@@ -1,3 +1,4 @@
+// Makes the workloads of the narrow-phase bench.
 #include "workload.h"
 
 #include <oneapi/tbb/parallel_for.h>
@@ -26,7 +27,7 @@ std::size_t tracks_of(std::size_t n) { return std::max<std::size_t>(1, n / motio
 reference::PosedPair motion_pair(reference::PairKind kind, std::size_t tracks, std::size_t i) {
   reference::PosedPair pair = reference::make_pair(kind, reference::PairClass::separated, i % tracks);
   const auto step = static_cast<double>(i / tracks);
-  // Towards A, but not straight at its middle.
+  // Towards A, but not straight at its centre.
   const Vec3 between = pair.pose_a.translation - pair.pose_b.translation;
   const Vec3 axis = pair.pose_b.rotation.col(2).cross(Vec3(0.3, 0.5, 0.8)) + Vec3(0.1, 0.2, 0.3);
   const double size = pair.b.is_bounded() ? pair.b.size() : pair.a.size();

@@ -1,3 +1,4 @@
+// Bullet's shapes for bodies of a scene.
 #include "bullet_body.h"
 
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>

@@ -11,7 +11,8 @@ class btCollisionShape;
 
 namespace tandem::bench {
 
-/// A shape with what it refers to. A mesh that moves is a GImpact shape, one that does not a tree of triangles.
+/// A shape with the data that it refers to. A mesh that moves becomes a GImpact shape, one that does not a triangle
+/// tree.
 struct BulletShape {
   BulletShape();
   ~BulletShape();

@@ -1,3 +1,4 @@
+// Bullet's collision world as a contestant of the bench of whole steps.
 #include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
 #include <btBulletCollisionCommon.h>
 
@@ -61,7 +62,7 @@ class BulletDetector final : public SceneDetector {
       const auto b = static_cast<std::uint32_t>(manifold->getBody1()->getUserIndex());
       for (int k = 0; k < manifold->getNumContacts(); ++k) {
         const double depth = -manifold->getContactPoint(k).getDistance();
-        if (depth < 0) continue;  // it keeps points that are a little apart
+        if (depth < 0) continue;  // Bullet keeps points that are a little apart
         const auto key = std::minmax(a, b);
         TouchingPair& pair = pairs.try_emplace(key, TouchingPair{key.first, key.second, 0, 0}).first->second;
         ++pair.contacts;

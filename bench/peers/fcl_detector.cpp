@@ -1,3 +1,4 @@
+// FCL's collision manager as a contestant of the bench of whole steps.
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/collision_object.h>
@@ -19,8 +20,8 @@ const FclBody& body_of(const fcl::CollisionObjectd* object) {
   return *static_cast<const FclBody*>(object->getUserData());
 }
 
-/// A plane's square about the origin, larger than any scene. FCL tries a half-space against every triangle of a mesh;
-/// against two triangles it goes by the mesh's hierarchy.
+/// A half-space as a square of two triangles about the origin, larger than any scene. FCL tests a half-space against
+/// every triangle of a mesh; for two triangles it uses the mesh's hierarchy.
 Shape wide_square(const Shape& half_space) {
   constexpr double wide = 1000;  // metres
   const Vec3 n = half_space.normal(), u = n.unitOrthogonal(), v = n.cross(u), middle = half_space.offset() * n;
@@ -36,9 +37,9 @@ bool has_meshes(const Scene& scene) {
   return std::any_of(shapes.begin(), shapes.end(), [](const Shape& s) { return s.kind() == ShapeKind::mesh; });
 }
 
-/// All bounded bodies in one manager; two that are static are left out before their shapes are looked at. The manager's
-/// tree does not bear a half-space's endless box: moving bodies are tried against those one by one, by their boxes
-/// first.
+/// All bounded bodies in one manager; pairs of two static ones are left out before their shapes are tested. The
+/// manager's tree does not work with a half-space's infinite box: moving bodies are tested against half-spaces one by
+/// one, by their boxes first.
 class FclDetector final : public SceneDetector {
  public:
   FclDetector(const Scene& scene, std::string name, std::size_t most_contacts)
@@ -109,14 +110,14 @@ class FclDetector final : public SceneDetector {
 
   struct HalfSpaceBody {
     const FclBody* body;
-    Vec3 normal;  // world, as the offset
+    Vec3 normal;  // world frame, like the offset
     double offset;
   };
 
   static bool meet(fcl::CollisionObjectd* a, fcl::CollisionObjectd* b, void* self) {
     const FclBody &body_a = body_of(a), &body_b = body_of(b);
     if (!body_a.is_static || !body_b.is_static) static_cast<FclDetector*>(self)->collide(a, body_a, b, body_b);
-    return false;  // go on
+    return false;  // continue
   }
 
   void collide(const fcl::CollisionObjectd* a, const FclBody& body_a, const fcl::CollisionObjectd* b,

@@ -1,3 +1,4 @@
+// Records the poses of scenes for the benches of whole steps.
 #include "recorded_scene.h"
 
 #include <algorithm>
@@ -24,7 +25,7 @@ constexpr std::array<PeersScene, 7> table{{
     {"500-screws-meshes", "bolts and nuts as meshes in a mesh bowl", "screws-in-bowl", 500, false, 96},
 }};
 
-/// A scene with its bodies, where meshes that move are the hulls of their vertices.
+/// The scene with its bodies, moving meshes replaced by the hulls of their vertices.
 Scene with_hulls(const Scene& from) {
   Scene out;
   out.name = from.name;
@@ -51,14 +52,14 @@ Scene with_hulls(const Scene& from) {
   return out;
 }
 
-/// Which steps are kept.
+/// Chooses the steps that are kept.
 class Stretches {
  public:
   Stretches(std::size_t steps, std::size_t timed) {
     const std::size_t length = untimed_steps + stretch_steps;
     const std::size_t most = std::max<std::size_t>(1, steps / length);
     const std::size_t wanted = std::clamp<std::size_t>((timed + stretch_steps - 1) / stretch_steps, 1, most);
-    // The middle of each of `wanted` equal parts.
+    // The middle of each of `wanted` equal ranges of steps.
     for (std::size_t k = 0; k < wanted; ++k) {
       const std::size_t part = steps / wanted;
       const std::size_t slack = part > length ? (part - length) / 2 : 0;
@@ -100,7 +101,7 @@ RecordedScene simulate(const PeersScene& wanted, std::size_t bodies, std::size_t
 }
 
 RecordedScene read_recorded(const std::string& file, std::size_t steps, std::size_t timed) {
-  // Twice through the file: how many steps there are is known at its end.
+  // The file is read twice: the number of steps is known at its end.
   std::size_t count = 0;
   RecordedStep read;
   for (RecordReader reader(file); count < steps && reader.next(read);) ++count;

@@ -1,3 +1,4 @@
+// tandem as a contestant of the bench of whole steps.
 #include <algorithm>
 
 #include "scene_detector.h"

@@ -1,4 +1,4 @@
-// Libraries that answer a planner's questions.
+// Contestants of the planner bench: libraries that answer a planner's queries.
 #pragma once
 #include <memory>
 #include <span>

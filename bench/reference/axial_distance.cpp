@@ -1,3 +1,4 @@
+// Bounds of the depth of two round shapes that nearly share an axis.
 #include <array>
 #include <functional>
 #include <optional>
@@ -26,7 +27,8 @@ std::optional<AxialShape> axial(const Shape& s) {
   return std::nullopt;
 }
 
-/// How far a point of the posed shape may lie from the same point turned onto `axis`, of a rotation without rounding.
+/// A bound on how far a point of the posed shape lies from the same point rotated onto `axis`, by a rotation without
+/// rounding.
 Real misfit(const PosedCore& core, int axis, const Vec& to) {
   Real off = 0;
   for (int i = 0; i < 3; ++i)
@@ -35,7 +37,7 @@ Real misfit(const PosedCore& core, int axis, const Vec& to) {
   return Real(core.shape().size()) * (tilt + 4 * off);
 }
 
-/// Depth of the origin in the plane figure that supports in the x-z plane span, by an inner polygon.
+/// The depth of the origin in the plane figure that the supports in the x-z plane span, by an inner polygon.
 Interval plane_depth(const Difference& difference, Real tolerance) {
   struct Edge {
     Real offset;
@@ -66,7 +68,7 @@ Interval plane_depth(const Difference& difference, Real tolerance) {
     add(w, e.to);
   }
   const Real close = -r.lower + Real(1e-9) * difference.scale();
-  r.unique = abs(r.normal.x) < Real(1e-3);  // else every turn of it is as good
+  r.unique = abs(r.normal.x) < Real(1e-3);  // else every rotation of it is as good
   for (; !queue.empty() && queue.top().offset <= close; queue.pop())
     if (norm(queue.top().normal - r.normal) > Real(1e-3)) r.unique = false;
   return r;

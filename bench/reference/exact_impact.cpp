@@ -1,9 +1,9 @@
-// The features meet at t where the polygon of their differences holds the origin: the determinant of a corner and two
-// sides is 0, and the origin lies in no edge's outer half plane; or, of a polygon without area, on an edge. All of
-// these are signs of polynomials in t of degree 4 at most. The closed set of such t, if it is not empty, has its first
-// point at 0 or where one of the polynomials is 0, so that it is enough to look there: at the determinant's roots, or
-// where it is 0 everywhere, at those of all others. Roots are isolated by Descartes' rule on Bernstein coefficients
-// (Lane, Riesenfeld 1981; Collins, Akritas 1976).
+// Exact times of impact of moving features, in integers. The features meet at t where the polygon of their differences
+// holds the origin: the determinant of a corner and two sides is 0, and the origin lies in no edge's outer half plane;
+// or, for a polygon without area, the origin lies on an edge. All these conditions are signs of polynomials in t of
+// degree 4 at most. The closed set of such t, if not empty, has its first point at 0 or at a root of one of the
+// polynomials; so it suffices to test the determinant's roots, or, where it vanishes everywhere, those of all others.
+// Roots are isolated by Descartes' rule on Bernstein coefficients (Lane, Riesenfeld 1981; Collins, Akritas 1976).
 #include "exact_impact.h"
 
 #include <algorithm>
@@ -54,7 +54,7 @@ Poly primitive(Poly p) {
     for (Int& c : p) c /= content;
   return p;
 }
-// The remainder of p by q, times some number.
+// The remainder of p by q, times some nonzero number.
 Poly remainder(Poly p, const Poly& q) {
   while (p.size() >= q.size()) {
     const Int lead = p.back();
@@ -73,7 +73,7 @@ Poly common_divisor(Poly p, Poly q) {
   }
   return p;
 }
-// p / q where that is a polynomial, times some number.
+// p / q where that is a polynomial, times some nonzero number.
 Poly quotient(Poly p, const Poly& q) {
   Poly r(p.size() - q.size() + 1);
   while (p.size() >= q.size()) {
@@ -88,7 +88,7 @@ Poly quotient(Poly p, const Poly& q) {
   return primitive(trimmed(std::move(r)));
 }
 
-// k / 2^m
+// The number k / 2^m.
 struct Dyadic {
   Int k;
   unsigned m;
@@ -105,7 +105,7 @@ int compare(const Dyadic& x, const Dyadic& y) { return Int((x.k << y.m) - (y.k <
 // Bernstein coefficients on [k, k + 1] / 2^m, times a positive number.
 Poly bernstein(const Poly& p, const Int& k, unsigned m) {
   const std::size_t n = p.size() - 1;
-  Poly q = p;  // p(x / 2^m), then moved by k
+  Poly q = p;  // p(x / 2^m), then shifted by k
   for (std::size_t i = 0; i <= n; ++i) q[i] <<= m * static_cast<unsigned>(n - i);
   for (std::size_t i = 0; i < n; ++i)
     for (std::size_t j = n; j-- > i;) q[j] += k * q[j + 1];
@@ -122,7 +122,7 @@ int variations(const Poly& b) {
   return count;
 }
 
-// A root of `p`, which has no other in the closed interval of `at`, or at `at` where it is exact.
+// A root of `p`, isolated: it is the only one in the closed interval `at`, or equals `at` where it is exact.
 struct Root {
   Poly p;
   Int k;
@@ -152,14 +152,14 @@ struct Root {
       halve();
     }
   }
-  bool before(const Dyadic& t) {  // root < t
+  bool before(const Dyadic& t) {  // true if the root is less than t
     if (exact || compare(t, low()) <= 0 || compare(t, high()) >= 0) return compare(high(), t) <= (exact ? -1 : 0);
     const int s = sign_at(p, t);
     return s != 0 && s != sign_at(p, low());
   }
 };
 
-// Roots in [0, 1] of a polynomial that is not 0.
+// Adds the roots in [0, 1] of a polynomial that is not 0.
 void add_roots(Poly p, std::vector<Root>& roots) {
   if (p.size() > 2) p = quotient(p, common_divisor(p, derivative(p)));
   struct Piece {
@@ -205,7 +205,7 @@ PolyVec cross(const PolyVec& u, const PolyVec& v) {
 }
 Poly dot(const PolyVec& u, const PolyVec& v) { return u[0] * v[0] + u[1] * v[1] + u[2] * v[2]; }
 
-// The vertices as polynomials of degree 1, in a unit in which they are integers.
+// The vertices as polynomials of degree 1, scaled so that their coefficients are integers.
 std::array<PolyVec, 4> vertices(const ImpactQuery& query) {
   int low = std::numeric_limits<int>::max();
   const auto each = [&](auto&& take) {
@@ -237,11 +237,11 @@ std::array<PolyVec, 4> vertices(const ImpactQuery& query) {
 
 // The polynomials whose signs tell whether the origin lies in the polygon.
 struct Conditions {
-  Poly plane;                       // of a corner and two sides
-  PolyVec normal;                   // of two sides
-  std::vector<Poly> inside;         // of each edge: >= 0 on its inner side
-  std::vector<PolyVec> on_line;     // of each edge: 0 where its line holds the origin
-  std::vector<Poly> between;        // of each edge: <= 0 where the origin is then between its ends
+  Poly plane;                    // the determinant of a corner and two sides
+  PolyVec normal;                // cross product of two sides
+  std::vector<Poly> inside;      // for each edge: >= 0 if the origin is on its inner side
+  std::vector<PolyVec> on_line;  // for each edge: 0 where its line holds the origin
+  std::vector<Poly> between;     // for each edge: <= 0 if the origin is then between its ends
 
   explicit Conditions(const ImpactQuery& query) {
     const std::array<PolyVec, 4> x = vertices(query);

@@ -1,3 +1,4 @@
+// Exact times of impact of moving features, to judge the library's.
 #pragma once
 #include <array>
 #include <memory>
@@ -9,18 +10,18 @@ namespace tandem::reference {
 /// Two features whose vertices move on straight lines: a point (vertex 0) and a triangle, or two edges (0 1 and 2 3).
 struct ImpactQuery {
   bool edges = false;
-  std::array<Vec3, 4> from, to;  ///< at t = 0 and t = 1
+  std::array<Vec3, 4> from, to;  ///< positions at t = 0 and t = 1
 };
 
-/// All times at which two such features may begin or cease to meet, in integers: no rounding, whatever the input.
+/// All times at which two such features may begin or cease to intersect, in integers: no rounding for any input.
 class ExactImpact {
  public:
   explicit ExactImpact(const ImpactQuery& query);
   ~ExactImpact();
   ExactImpact(ExactImpact&&) noexcept;
 
-  bool hit() const;                 ///< they meet at some t in [0, 1]
-  bool hit_before(double t) const;  ///< they meet at some time in [0, t)
+  bool hit() const;                 ///< they intersect at some t in [0, 1]
+  bool hit_before(double t) const;  ///< they intersect at some time in [0, t)
 
  private:
   struct Insides;

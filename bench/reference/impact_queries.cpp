@@ -1,3 +1,4 @@
+// Families of queries for continuous collision detection of vertices on straight lines.
 #include "impact_queries.h"
 
 #include <algorithm>
@@ -12,7 +13,7 @@ Vec3 grid(Random& random, int most) {
   return {static_cast<double>(x), static_cast<double>(y), static_cast<double>(random.below(2 * most + 1) - most)};
 }
 
-// A point and a triangle, or two edges.
+// A random kind of query: a point and a triangle, or two edges.
 ImpactQuery either(Random& random) {
   ImpactQuery q;
   q.edges = random.once_in(2);
@@ -27,7 +28,7 @@ ImpactQuery filled(Random& random, const Place& place) {
   return q;
 }
 
-// The place of the features' parameters u, v: of the triangle, or of the second edge's u minus the first's v.
+// The point with the parameters u, v: of the triangle; or, for edges, u on the second minus v on the first.
 Vec3 on_second(const std::array<Vec3, 4>& x, bool edges, double u, double v) {
   if (edges) return x[2] + u * (x[3] - x[2]);
   return (1 - u - v) * x[1] + u * x[2] + v * x[3];
@@ -72,7 +73,7 @@ ImpactQuery short_on_grid(Random& random) {
   return q;
 }
 
-// All in one plane, at every time.
+// All vertices in one plane, at every time.
 ImpactQuery in_plane(Random& random) {
   const Vec3 x = grid(random, 2), y = grid(random, 2), o = grid(random, 3);
   const bool exact = random.once_in(2);
@@ -82,7 +83,7 @@ ImpactQuery in_plane(Random& random) {
   });
 }
 
-// Vertices in one place, and some that stand still.
+// Coincident vertices, and some that stand still.
 ImpactQuery doubled(Random& random) {
   ImpactQuery q = random.once_in(2) ? on_grid(random) : anywhere(random);
   for (int i = 0; i < 2; ++i) {
@@ -97,7 +98,7 @@ ImpactQuery doubled(Random& random) {
   return q;
 }
 
-// Nothing moves, or all by the same.
+// Nothing moves, or all by the same translation.
 ImpactQuery standing(Random& random) {
   ImpactQuery q = random.once_in(3) ? resting(random) : on_grid(random);
   const Vec3 shift_by = random.once_in(2) ? Vec3::Zero().eval() : grid(random, 2);
@@ -105,7 +106,7 @@ ImpactQuery standing(Random& random) {
   return q;
 }
 
-// Touching at t = 0 or t = 1 at a place with parameters of few bits, and apart at other times, mostly.
+// Touching at t = 0 or t = 1 at a point with parameters of few bits, and mostly separated at other times.
 ImpactQuery touching_at_an_end(Random& random) {
   ImpactQuery q = on_grid(random);
   std::array<Vec3, 4>& x = random.once_in(2) ? q.from : q.to;
@@ -118,7 +119,7 @@ ImpactQuery touching_at_an_end(Random& random) {
   return q;
 }
 
-// Triangles and edges without extent, at one end or throughout.
+// Degenerate triangles and edges, at one end of the motion or throughout.
 ImpactQuery without_extent(Random& random) {
   ImpactQuery q = on_grid(random);
   const auto flatten = [&](std::array<Vec3, 4>& x) {
@@ -131,7 +132,7 @@ ImpactQuery without_extent(Random& random) {
   return q;
 }
 
-// Edges that stay parallel, points that stay in the triangle's plane; turned, so that rounding tilts them.
+// Edges that stay parallel, points that stay in the triangle's plane; rotated, so that rounding tilts them.
 ImpactQuery parallel(Random& random) {
   ImpactQuery q = either(random);
   const Vec3 d = grid(random, 2), o = grid(random, 2), shift = grid(random, 2), shift_by = grid(random, 2);
@@ -154,11 +155,11 @@ ImpactQuery parallel(Random& random) {
 // axis, so that vertices pass on edges and edges on vertices.
 ImpactQuery aligned(Random& random) {
   static const std::array<std::array<Vec3, 3>, 6> features{{
-      {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.5, 0.5, 0)},         // the top of a box
-      {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.5, 0.1, 2)},         // a spike's side, its tip last
-      {Vec3(0, 0, 0), Vec3(0.1, 0, 0), Vec3(0.05, 0.05, 10)},    // a needle's
-      {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.5, 0, 1)},           // a cliff
-      {Vec3(0, 0, 0), Vec3(0, 1, 0), Vec3(0.3, 0.5, 0.6)},       // a wedge
+      {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.5, 0.5, 0)},       // the top of a box
+      {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.5, 0.1, 2)},       // a spike's side, its tip last
+      {Vec3(0, 0, 0), Vec3(0.1, 0, 0), Vec3(0.05, 0.05, 10)},  // a needle's side
+      {Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0.5, 0, 1)},         // a cliff
+      {Vec3(0, 0, 0), Vec3(0, 1, 0), Vec3(0.3, 0.5, 0.6)},     // a wedge
       {Vec3(0.1, 0.1, 0), Vec3(0.7, 0.7, 0), Vec3(0.4, 0.4, 0.3)},
   }};
   ImpactQuery q = either(random);
@@ -181,7 +182,7 @@ ImpactQuery aligned(Random& random) {
   return q;
 }
 
-// A triangle or an edge that turns far, with the other just above it all the time: a graze that lasts.
+// A triangle or an edge that rotates far, with the other feature just above it all the time: a contact that lasts.
 ImpactQuery turning(Random& random) {
   ImpactQuery q = either(random);
   const Mat3 turn = random.rotation();
@@ -196,7 +197,7 @@ ImpactQuery turning(Random& random) {
   return q;
 }
 
-// Another kind, small, large, or far from the origin.
+// Any other family, scaled small or large, or far from the origin.
 ImpactQuery elsewhere(Random& random) {
   ImpactQuery q;
   switch (random.below(5)) {

@@ -1,3 +1,4 @@
+// Families of queries for continuous collision detection of vertices on straight lines.
 #pragma once
 #include <span>
 #include <string_view>
@@ -8,24 +9,23 @@
 
 namespace tandem::reference {
 
-/// A kind of queries: its name, and a maker of one.
+/// A family of queries: its name, and a function that makes one.
 struct ImpactFamily {
   std::string_view name;
   ImpactQuery (*make)(Random& random);
 };
 
-/// What continuous collision detection is asked in simulations, and what it fails at: motions in a plane, none at all,
-/// touches at t = 0 and t = 1, features without extent, vertices in one place, parallel edges, vertices on edges,
-/// spikes, wedges and cliffs, large turns. After the kinds of queries of Wang, Ferguson, Schneider, Jiang, Attene,
-/// Panozzo, A Large Scale Benchmark and an Inclusion-Based Algorithm for Continuous Collision Detection, ACM
-/// Transactions on Graphics 2021, and the scenes of Erleben, Methodology for Assessing Mesh-Based Contact Point
-/// Methods, 2018.
+/// Queries as simulations have them, and those at which continuous collision detection fails: motions in a plane, no
+/// motion, contact at t = 0 and t = 1, degenerate features, coincident vertices, parallel edges, vertices on edges,
+/// spikes, wedges and cliffs, large rotations. After Wang, Ferguson, Schneider, Jiang, Attene, Panozzo, A Large Scale
+/// Benchmark and an Inclusion-Based Algorithm for Continuous Collision Detection, ACM Transactions on Graphics 2021,
+/// and the scenes of Erleben, Methodology for Assessing Mesh-Based Contact Point Methods, 2018.
 std::span<const ImpactFamily> impact_families();
 
-/// What tandem answers.
+/// The answer of tandem.
 VertexImpact solve(const ImpactQuery& query, const ImpactOptions& options = {});
 
-/// The longest way that a vertex of one feature makes as a vertex of the other sees it: the unit of the tolerance.
+/// The longest motion of a vertex of one feature relative to a vertex of the other: the unit of the tolerance.
 double longest_motion(const ImpactQuery& query);
 
 }  // namespace tandem::reference

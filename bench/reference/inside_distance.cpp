@@ -1,3 +1,4 @@
+// The depth of the origin in A - B in 113-bit arithmetic, by the expanding polytope algorithm.
 #include <array>
 #include <functional>
 #include <queue>
@@ -18,8 +19,8 @@ struct Face {
 };
 
 struct Edge {
-  std::size_t from, to;  ///< as the face that goes had them
-  std::size_t beyond;    ///< the face that stays
+  std::size_t from, to;  ///< the edge as the removed face has it
+  std::size_t beyond;    ///< the face across it, which stays
 };
 
 class Polytope {
@@ -27,7 +28,7 @@ class Polytope {
   explicit Polytope(const Difference& difference)
       : difference_(difference), thin_(Real(1e-28) * difference.scale()), coplanar_(Real(1e-30) * difference.scale()) {}
 
-  /// Four points that span a volume; false where the difference is flat, with `flat_normal`.
+  /// Finds four points that span a volume; false where the difference is flat, and sets `flat_normal`.
   bool span();
   Vec flat_normal{1, 0, 0};
 
@@ -36,7 +37,7 @@ class Polytope {
   std::size_t nearest();
   const Face& face(std::size_t i) const { return faces_[i]; }
   const std::vector<Face>& faces() const { return faces_; }
-  /// False where rounding leaves no sound horizon.
+  /// Adds a vertex; false where rounding leaves no valid horizon.
   bool add(std::size_t seen, const Vec& w);
 
  private:
@@ -56,7 +57,7 @@ class Polytope {
 std::size_t Polytope::new_face(std::size_t a, std::size_t b, std::size_t c) {
   const Vec n = cross(vertex_[b] - vertex_[a], vertex_[c] - vertex_[a]);
   const Real length = norm(n);
-  // Without area it bounds nothing: never the nearest.
+  // A face without area bounds nothing: it is never the nearest.
   const Vec unit = length > 0 ? n / length : Vec{};
   faces_.push_back({{a, b, c}, {}, unit, length > 0 ? dot(unit, vertex_[a]) : 2 * difference_.scale()});
   queue_.push({faces_.back().offset, faces_.size() - 1});
@@ -136,7 +137,7 @@ bool Polytope::horizon(std::size_t seen, const Vec& w, Real visible_beyond, std:
       if (!at->second) loop.push_back({f.v[k], f.v[(k + 1) % 3], f.next[k]});
     }
   }
-  // One closed loop, each vertex once.
+  // The horizon must be one closed loop, each vertex once.
   std::unordered_map<std::size_t, std::size_t> by_start;
   for (std::size_t i = 0; i < loop.size(); ++i)
     if (!by_start.emplace(loop[i].from, i).second) return false;
@@ -155,7 +156,7 @@ bool Polytope::horizon(std::size_t seen, const Vec& w, Real visible_beyond, std:
 bool Polytope::add(std::size_t seen, const Vec& w) {
   std::vector<std::size_t> gone;
   std::vector<Edge> loop;
-  // Faces in whose plane w lies go as well: what is built on their edges is then never a sliver.
+  // Faces in whose plane w lies are removed as well, so that the new faces on their edges are not slivers.
   if (!horizon(seen, w, -coplanar_, gone, loop) && !horizon(seen, w, coplanar_, gone, loop)) return false;
   vertex_.push_back(w);
   const std::size_t apex = vertex_.size() - 1, first = faces_.size();
@@ -177,7 +178,7 @@ Interval inside_distance(const Difference& difference, Real tolerance, std::size
   Interval r;
   Polytope polytope(difference);
   if (!polytope.span()) {
-    // No volume: the origin, which lies in it, lies on its surface.
+    // A flat difference: the origin lies in it, hence on its surface.
     r.normal = polytope.flat_normal;
     r.lower = -(Real(4e-28) * scale);
     r.upper = Real(4e-28) * scale;

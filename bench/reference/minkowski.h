@@ -1,3 +1,4 @@
+// Signed distances by the difference of two convex shapes, with certified bounds.
 #pragma once
 #include <optional>
 #include <vector>
@@ -12,7 +13,7 @@ struct Difference {
   const PosedCore& b;
 
   Vec support(const Vec& d) const { return a.support(d) - b.support(-d); }
-  /// Of all rounding errors.
+  /// The scale of rounding errors.
   Real scale() const { return a.reach() + b.reach(); }
 };
 
@@ -21,20 +22,23 @@ struct Interval {
   Real lower = 0;
   Real upper = 0;
   Vec normal{1, 0, 0};
-  bool unique = true;  ///< no other direction, by more than 1e-3, comes within 1e-9 of the scale
+  bool unique = true;  ///< no direction more than 1e-3 away comes within 1e-9 of the scale
 };
 
-/// Distance from outside by the simplex nearest the origin (Gilbert, Johnson, Keerthi 1988), until the bounds meet to
-/// `tolerance` (absolute). With the origin inside, or on the surface to rounding, upper is 0 and lower says nothing.
+/// The distance of an origin outside, by the simplex nearest to it (Gilbert, Johnson, Keerthi 1988), until the bounds
+/// agree to `tolerance` (absolute). With the origin inside, or on the surface to rounding, upper is 0 and lower has no
+/// meaning.
 Interval outside_distance(const Difference& difference, Real tolerance);
 
-/// Signed distance with the origin inside or on the surface, by an inner polytope that expands (van den Bergen 2001):
-/// its nearest face bounds the depth from below, its support from above. Stops at `tolerance` or `most_vertices`.
+/// The signed distance of an origin inside or on the surface, by an expanding inner polytope (van den Bergen 2001): its
+/// nearest face bounds the depth from below, the support along that face's normal from above. Stops at `tolerance` or
+/// `most_vertices`.
 Interval inside_distance(const Difference& difference, Real tolerance, std::size_t most_vertices);
 
-/// Bounds of the signed distance where two round shapes (nearly) share an axis, and every direction across it is
-/// (nearly) as good: their profiles' depth in the plane, give or take how far they are off the axis. The normal is not
-/// set. Only with the origin inside; empty where the shapes have no axis or it is not shared to a thousandth.
+/// Bounds of the signed distance of overlapping round shapes that (nearly) share an axis, where every direction across
+/// it is (nearly) as good: the depth of their profiles in the plane, plus or minus their deviation from the axis. The
+/// normal is not set. Only with the origin inside; empty where the shapes have no axis or do not share it to a
+/// thousandth.
 std::optional<Interval> axial_bounds(const Difference& difference, Real tolerance);
 
 }  // namespace tandem::reference

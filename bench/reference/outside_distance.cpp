@@ -1,3 +1,4 @@
+// The distance of the origin from A - B in 113-bit arithmetic, by GJK.
 #include <array>
 
 #include "minkowski.h"
@@ -12,7 +13,7 @@ struct Simplex {
 
 struct Nearest {
   Vec v;
-  Simplex simplex;  ///< the smallest that holds v
+  Simplex simplex;  ///< the smallest simplex that holds v
 };
 
 Nearest nearest_on_segment(const Vec& a, const Vec& b) {
@@ -94,7 +95,7 @@ Interval outside_distance(const Difference& difference, Real tolerance) {
       r.upper = 0;
       return r;
     }
-    if (!(dot(next.v, next.v) < length * length)) return r;  // rounding has the last word
+    if (!(dot(next.v, next.v) < length * length)) return r;  // no progress beyond rounding
     v = next.v;
     simplex = next.simplex;
   }

@@ -1,3 +1,4 @@
+// Makes test pairs by kind and class of relative pose.
 #include "pair_classes.h"
 
 #include <algorithm>
@@ -40,7 +41,7 @@ constexpr std::array<Row, pair_kinds> rows = {{
     {"triangle-triangle", {{{ShapeKind::triangle}, {ShapeKind::triangle}}}},
 }};
 
-/// How a shape is stretched along its axes; round shapes take the first for their radius and the last for their length.
+/// The scaling of a shape along its axes; round shapes take the first for their radius and the last for their length.
 struct Stretch {
   double x = 1, y = 1, z = 1;
 };
@@ -102,7 +103,7 @@ double smaller_size(const PosedPair& p) {
   return least > 0 ? least : 1.0;
 }
 
-/// A point inside, in the shape's frame.
+/// An interior point, in the shape's frame.
 Vec3 middle(const Shape& s) {
   switch (s.kind()) {
     case ShapeKind::halfspace:
@@ -117,7 +118,7 @@ Vec3 middle(const Shape& s) {
   }
 }
 
-/// Moves B from far `away` towards A until the distance is `gap` > 0: generic features meet, not corners.
+/// Moves B from far along `away` towards A until the distance is `gap` > 0, so that generic features meet, not corners.
 void approach(PosedPair& p, Vec3 away, double gap) {
   if (!p.a.is_bounded() || !p.b.is_bounded()) {
     const Vec3 up =
@@ -131,7 +132,7 @@ void approach(PosedPair& p, Vec3 away, double gap) {
     p.pose_b.translation = start + s * away;
     const Truth t = signed_distance(p.a, p.pose_a, p.b, p.pose_b);
     const double left = t.signed_distance - gap, rate = t.normal.dot(away);
-    // Straight home once the feature is met; along a grazing ray never.
+    // Moves straight to the gap once the feature is known, except along a grazing line.
     if (left <= 1e-3 * gap || rate < 1e-3 || i == 39) {
       p.pose_b.translation -= left * t.normal;
       return;
@@ -140,7 +141,7 @@ void approach(PosedPair& p, Vec3 away, double gap) {
   }
 }
 
-/// The signed distance along the way B was brought becomes `gap`.
+/// Moves B along the direction of approach until the signed distance is `gap`.
 void place(PosedPair& p, const Vec3& away, double gap) {
   const double clear = std::max(gap, 1e-3 * smaller_size(p));
   approach(p, away, clear);
@@ -149,7 +150,7 @@ void place(PosedPair& p, const Vec3& away, double gap) {
   p.pose_b.translation -= (t.signed_distance - gap) * t.normal;
 }
 
-// Draws stand in statements of their own, or in braces: the order of operands is the compiler's.
+// Random draws are separate statements, or in braces, since the order of evaluating operands is up to the compiler.
 
 double near_gap(Random& r, double unit) {
   const double sign = r.sign();
@@ -201,7 +202,7 @@ Mat3 slight_turn(Random& r) {
   return Quat(1, axis.x(), axis.y(), axis.z()).normalized().toRotationMatrix();
 }
 
-/// Along an axis of A's, so that parallel faces meet.
+/// A direction along an axis of A, so that parallel faces meet.
 Vec3 face_direction(const PosedPair& p, Random& r) {
   const double sign = r.sign();
   return sign * p.pose_a.rotation.col(r.below(3));
@@ -209,7 +210,7 @@ Vec3 face_direction(const PosedPair& p, Random& r) {
 
 PairClass any_class(Random& r) { return all_pair_classes[static_cast<std::size_t>(r.below(4))]; }
 
-/// Shapes of two recipes, stretched, not yet placed.
+/// Two shapes by recipe, scaled, not yet placed.
 struct ShapePair {
   const ShapeRecipe &ra, &rb;
   Random& r;
@@ -221,7 +222,7 @@ struct ShapePair {
   }
 };
 
-/// Of hard pairs those of 0 to 3, 10 and 11: faces and axes that are parallel, to rounding or nearly.
+/// The hard pairs 0 to 3, 10 and 11: faces and axes that are parallel, exactly to rounding or nearly.
 PosedPair parallel_pair(const ShapePair& pair, std::uint64_t which, Random& r) {
   PosedPair p = pair({}, {});
   switch (which) {
@@ -236,13 +237,13 @@ PosedPair parallel_pair(const ShapePair& pair, std::uint64_t which, Random& r) {
       place_as(any_class(r), p, r, face_direction(p, r));
       return p;
     }
-    case 2: {  // one axis in common
+    case 2: {  // one common axis
       p.pose_a.rotation = r.once_in(2) ? r.rotation() : Mat3::Identity();
       p.pose_b.rotation = p.pose_a.rotation * turn_about(r.below(3), r);
       place_as(any_class(r), p, r, face_direction(p, r));
       return p;
     }
-    case 3: {  // the same pose, the same shape where it can be
+    case 3: {  // the same pose, and the same shape where possible
       if (pair.ra.kind == pair.rb.kind && pair.ra.points == pair.rb.points) p.b = p.a;
       p.pose_a = {r.once_in(2) ? r.rotation() : Mat3::Identity(), r.vec(-1, 1)};
       p.pose_b = p.pose_a;

@@ -1,3 +1,4 @@
+// Test pairs by kind of shapes and class of relative pose.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -7,12 +8,12 @@
 
 namespace tandem::reference {
 
-/// How two posed shapes lie to each other. "Size" is the smaller shape's, about 1 but in `hard`.
+/// Classes of relative poses. "Size" is the smaller shape's, about 1 except in `hard`.
 enum class PairClass : std::uint8_t {
   separated,  ///< a gap of 0.1 of the size
   near,       ///< |gap| log-uniform in 1e-12..1e-3 of the size, of either sign
-  shallow,    ///< moved in by log-uniform 1e-6..1e-2 of the size from touching
-  deep,       ///< centres within each other's inner balls, one in eight concentric
+  shallow,    ///< overlapping by log-uniform 1e-6..1e-2 of the size
+  deep,       ///< centres within each other's inscribed balls, one in eight concentric
   hard,       ///< faces and edges exactly or almost parallel, identical poses, size ratio 1e4, coordinates 1e5..1e6,
               ///< needles and plates of aspect 1e4
 };
@@ -20,7 +21,7 @@ inline constexpr std::array all_pair_classes = {PairClass::separated, PairClass:
                                                 PairClass::deep, PairClass::hard};
 std::string_view name(PairClass c);
 
-/// One side of a pair: what Shape it is, and of how many points if it is a hull.
+/// A shape of a pair: its kind, and its number of points if it is a hull.
 struct ShapeRecipe {
   ShapeKind kind;
   int points = 0;  ///< convex only; 0 lets the pair choose 4..32

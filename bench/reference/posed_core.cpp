@@ -1,3 +1,4 @@
+// The exact support function of a posed convex shape.
 #include "posed_core.h"
 
 namespace tandem::reference {
@@ -16,7 +17,7 @@ Real PosedCore::radius() const {
 }
 
 bool PosedCore::is_polytope() const {
-  switch (shape_.kind()) {  // no default: a new kind must say
+  switch (shape_.kind()) {  // no default case: a new kind must be added here
     case ShapeKind::cylinder:
     case ShapeKind::cone:
     case ShapeKind::ellipsoid:
@@ -35,7 +36,7 @@ bool PosedCore::is_polytope() const {
 }
 
 Vec PosedCore::hull_support(const Vec& d) const {
-  // A scan in doubles; what comes within its rounding of the best is compared again.
+  // A scan in doubles; vertices within its rounding of the best are compared again in full precision.
   const auto vertices = shape_.vertices();
   const Real length = max(max(abs(d.x), abs(d.y)), abs(d.z));
   if (!(length > 0)) return Vec(vertices[0]);

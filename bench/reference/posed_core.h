@@ -1,3 +1,4 @@
+// A posed convex shape for the reference solver.
 #pragma once
 #include <vector>
 
@@ -6,8 +7,8 @@
 
 namespace tandem::reference {
 
-/// A convex shape as a core and a ball about each of its points (spheres: a point, capsules: a segment), in the real
-/// numbers R v + t, seen from an origin.
+/// A convex shape as a core and a radius about each of its points (spheres: a point, capsules: a segment), in the real
+/// numbers R v + t, relative to an origin.
 class PosedCore {
  public:
   /// `shape` is convex and bounded; it must outlive the core.
@@ -20,7 +21,7 @@ class PosedCore {
   Real reach() const { return reach_; }
   bool is_polytope() const;
   const Vec& translation() const { return translation_; }
-  Vec axis(int k) const { return columns_[k]; }  ///< of the rotation
+  Vec axis(int k) const { return columns_[k]; }  ///< column of the rotation
   const Shape& shape() const { return shape_; }
 
  private:

@@ -1,3 +1,4 @@
+// Random numbers that are the same on every machine.
 #pragma once
 #include <cmath>
 #include <cstdint>
@@ -6,8 +7,8 @@
 
 namespace tandem::reference {
 
-/// Numbers that are the same on every machine: splitmix64 (Steele, Lea, Flood 2014), and no library function but the
-/// square root.
+/// Random numbers that are the same on every machine: splitmix64 (Steele, Lea, Flood 2014), and no library function but
+/// the square root.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
@@ -44,7 +45,7 @@ class Random {
     }
   }
   Mat3 rotation() { return quaternion().toRotationMatrix(); }
-  /// 2^lo..2^hi, evenly in the exponent but for the step within an octave.
+  /// A number in 2^lo..2^hi with a uniform exponent, uniform within an octave.
   double power_of_two(int lo, int hi) {
     const double mantissa = 1 + unit();
     return std::ldexp(mantissa, lo + below(hi - lo));

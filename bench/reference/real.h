@@ -1,3 +1,4 @@
+// Arithmetic of the reference solver: binary128 numbers and vectors.
 #pragma once
 #include <cmath>
 #include <limits>
@@ -18,7 +19,7 @@ inline Real abs(Real x) { return x < 0 ? -x : x; }
 inline Real min(Real a, Real b) { return b < a ? b : a; }
 inline Real max(Real a, Real b) { return a < b ? b : a; }
 
-/// Heron's rule from the double's root: 53 bits become 106, then all. For 0 and 1e-290..1e290.
+/// Heron's iteration from the double's root: 53 bits become 106, then all. For 0 and 1e-290..1e290.
 inline Real sqrt(Real x) {
   if (!(x > 0)) return 0;
   Real root = std::sqrt(static_cast<double>(x));

@@ -1,3 +1,4 @@
+// The certified signed distance of two convex shapes.
 #include "reference.h"
 
 #include <limits>
@@ -15,7 +16,7 @@ struct Plane {
   Real offset;
 };
 
-/// The half-space's plane in the real numbers: R^-T takes its normal to the world.
+/// The half-space's plane in the real numbers: R^-T transforms its normal to the world.
 Plane posed_plane(const Shape& shape, const Pose& pose, const Vec3& origin) {
   const Vec x(Vec3(pose.rotation.col(0))), y(Vec3(pose.rotation.col(1))), z(Vec3(pose.rotation.col(2)));
   const Vec yz = cross(y, z), n(shape.normal());
@@ -25,13 +26,13 @@ Plane posed_plane(const Shape& shape, const Pose& pose, const Vec3& origin) {
   return {m / length, (Real(shape.offset()) + dot(m, Vec(pose.translation) - Vec(origin))) / length};
 }
 
-/// How far the shape lies above the plane.
+/// The signed height of the shape above the plane.
 Real above(const Plane& plane, const PosedCore& core) {
   return dot(plane.normal, core.support(-plane.normal)) - core.radius() - plane.offset;
 }
 
-/// One tangential Newton step of the depth over the directions, from its value at `n` and around; halved until it
-/// gains. Returns the gain.
+/// One tangential Newton step of the depth over the directions, from its values at and around `n`; halved until it
+/// improves. Returns the gain.
 Real newton_step(const Difference& difference, Vec& n, Real& depth) {
   const auto depth_at = [&](const Vec& direction) {
     const Vec unit = direction / norm(direction);
@@ -68,7 +69,7 @@ Real newton_step(const Difference& difference, Vec& n, Real& depth) {
 Interval cores_distance(const Difference& difference, Real tolerance) {
   Interval outside = outside_distance(difference, tolerance);
   if (outside.lower > 0) {
-    // At a touching corner or edge, any normal of its cone comes as close.
+    // At a touching corner or edge, any normal of its normal cone comes as close.
     outside.unique = outside.lower > Real(1e-9) * difference.scale();
     return outside;
   }
@@ -112,7 +113,7 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
 
 Truth signed_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   if (a.kind() == ShapeKind::plane || b.kind() == ShapeKind::plane) {
-    // A plane is met on the side that less of a body sticks out of.
+    // The triangle's plane is taken with the side that less of the other body reaches beyond.
     const auto side = [](const Shape& s, double sense) -> Shape {
       return s.kind() == ShapeKind::plane ? HalfSpace{sense * s.normal(), sense * s.offset()} : s;
     };

@@ -1,3 +1,4 @@
+// Compression and base64 of the report's data.
 #include "encode.h"
 
 #include <zlib.h>

@@ -1,3 +1,4 @@
+// Reads and checks the files that a report shows.
 #include "inputs.h"
 
 #include <algorithm>
@@ -15,7 +16,7 @@ constexpr std::string_view kinds = "a result of tandem-bench, or of tandem run w
 
 void require_count(const JsonRef& object, std::string_view key) { object.at(key).number_at_least(0); }
 
-/// Curves of the figures, docs/result-format.md.
+/// Checks the curves of figures, docs/result-format.md.
 void check_pictures(const JsonRef& pictures) {
   pictures.require_array("an array of pictures");
   for (std::size_t i = 0; i < pictures.size(); ++i) {
@@ -47,7 +48,7 @@ Json checked_results(const JsonRef& document, const std::string& file) {
   }
   Json out = document.value();
   out["file"] = file;
-  // Curves say the same as a row a step, shorter.
+  // The curves hold the same as a row a step, in less space.
   if (const auto pictures = document.find("pictures")) check_pictures(*pictures), out.erase("rows");
   if (!out.contains("rows")) out["rows"] = Json::array();
   return out;
@@ -61,10 +62,10 @@ Json checked_step(const JsonRef& step) {
   return step.value();
 }
 
-/// One JSON object a line.
+/// Reads the output of `tandem run --json`, one JSON object a line.
 Json checked_run(std::string_view text, const std::string& file) {
   Json steps = Json::array();
-  std::size_t values_left = limits::json_values;  // of all lines together
+  std::size_t values_left = limits::json_values;  // for all lines together
   for (std::size_t begin = 0, line = 1; begin < text.size(); ++line) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     try {
@@ -78,7 +79,7 @@ Json checked_run(std::string_view text, const std::string& file) {
   return {{"file", file}, {"steps", std::move(steps)}};
 }
 
-// Files that people have beside those that a report shows, by their beginning; empty for none that is known.
+// Names the kind of a file that a report cannot show, by its beginning; empty if unknown.
 std::string_view other_kind(std::string_view text) {
   const std::string_view line = text.substr(0, text.find('\n'));
   const auto has = [&](std::string_view part) { return text.substr(0, 4096).find(part) != std::string_view::npos; };

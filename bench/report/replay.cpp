@@ -1,3 +1,4 @@
+// Packs a recording for the page's replay: quantised, delta-coded, compressed.
 #include "replay.h"
 
 #include <fmt/format.h>
@@ -30,7 +31,7 @@ using nlohmann::json;
 
 constexpr std::size_t channels = 6;  // of a pose: translation, rotation
 
-/// Bounds of what is quantised; a step of `unit` is one.
+/// The bounds of a quantised value; `unit` is one step.
 struct Range {
   double lo = std::numeric_limits<double>::infinity(), hi = -lo;
   void add(double x) { lo = std::min(lo, x), hi = std::max(hi, x); }
@@ -41,7 +42,7 @@ struct Range {
   json to_json() const { return lo <= hi ? json{lo, unit()} : json{0, 1}; }
 };
 
-/// Smallest three components of the unit quaternion with 15 bits each; the number of the one left out in the two top
+/// The smallest three components of the unit quaternion with 15 bits each; the index of the omitted one is in the top
 /// bits of the first two.
 std::array<std::uint16_t, 3> quantised(const Mat3& rotation) {
   Quat q(rotation);
@@ -60,8 +61,8 @@ std::array<std::uint16_t, 3> quantised(const Mat3& rotation) {
   return out;
 }
 
-/// Octahedral map of a unit vector to two bytes (Cigolle et al., "A Survey of Efficient Representations for Independent
-/// Unit Vectors", 2014).
+/// The octahedral map of a unit vector to two bytes (Cigolle et al., "A Survey of Efficient Representations for
+/// Independent Unit Vectors", 2014).
 std::array<std::uint8_t, 2> octahedral(const float (&n)[3]) {
   const double sum = std::abs(n[0]) + std::abs(n[1]) + std::abs(n[2]);
   if (!(sum > 0)) return {128, 128};
@@ -75,13 +76,13 @@ std::array<std::uint8_t, 2> octahedral(const float (&n)[3]) {
   return {byte(x), byte(y)};
 }
 
-/// Appends numbers as two planes of bytes, which compress better than numbers in turn.
+/// Appends numbers as a plane of low bytes and one of high bytes, which compress better than interleaved ones.
 void put_planes(std::string& out, const std::vector<std::uint16_t>& values) {
   for (const unsigned shift : {0u, 8u})
     for (const std::uint16_t v : values) out += static_cast<char>(v >> shift);
 }
 
-/// Small differences of either sign become small numbers.
+/// Zigzag code: small differences of either sign become small numbers.
 std::uint16_t zigzag(std::uint16_t difference) {
   const auto d = static_cast<std::int16_t>(difference);
   return static_cast<std::uint16_t>(static_cast<std::uint16_t>(d) << 1 ^ static_cast<std::uint16_t>(d >> 15));
@@ -91,7 +92,7 @@ void put_u32(std::string& out, std::uint32_t value) {
   for (unsigned shift = 0; shift < 32; shift += 8) out += static_cast<char>(value >> shift);
 }
 
-/// What a frame keeps of a contact, quantised.
+/// The quantised data of a contact in a frame.
 struct Mark {
   std::uint32_t a, b;
   std::array<std::uint16_t, 6> values;  ///< point, depth, normal
@@ -103,7 +104,7 @@ struct Frame {
   std::vector<Mark> contacts;
 };
 
-/// Ranges of the whole record, and which of its bodies move.
+/// The ranges of the whole recording, and its moving bodies.
 struct Survey {
   std::array<Range, 3> place, point;
   Range depth;
@@ -156,7 +157,7 @@ Frame frame_of(const RecordedStep& step, const Survey& about) {
   return frame;
 }
 
-/// Every value as what it differs by from the straight line through the two frames before.
+/// Every value as the difference from the linear extrapolation of the two frames before.
 std::string packed_poses(const std::vector<const Frame*>& frames) {
   std::string out;
   for (std::size_t f = 0; f < frames.size(); ++f) {
@@ -170,8 +171,8 @@ std::string packed_poses(const std::vector<const Frame*>& frames) {
   return deflated(out);
 }
 
-/// A frame: the number of contacts, then a and b as differences from the contact before, then the values as
-/// differences from the contact of the same pair and rank in the frame before, where there is one.
+/// A frame: the number of contacts, then a and b as differences from the contact before, then the values as differences
+/// from the contact of the same pair and rank in the frame before, where there is one.
 std::string packed_contacts(const std::vector<const Frame*>& frames) {
   std::string out;
   for (std::size_t f = 0; f < frames.size(); ++f) {
@@ -250,7 +251,7 @@ json drawn(const Shape& shape) {
   return out;
 }
 
-/// What detection costs each body at some of the steps, measured by running it anew.
+/// The cost of detection for each body at some of the steps, measured by running detection again.
 class Costs {
  public:
   explicit Costs(const Scene& scene) : scene_(scene), margin_(recommended_margin(scene)) {
@@ -271,7 +272,8 @@ class Costs {
     for (const auto& [index, pose] : step.poses) scene_.set_pose(scene_.id(index), pose);
     candidates_.clear();
     equal_ += pipeline_->step(scene_).contact_hash == step.contact_hash;
-    NarrowPhaseOptions options;  // as the pipeline's: contacts of meshes without what only one pair's user needs
+    // As the pipeline's: contacts of meshes without the bounds that only users of a single pair need.
+    NarrowPhaseOptions options;
     options.mesh_gaps = options.mesh_bounds = false;
     if (scene_.request == Request::contacts) options.margin = margin_;
     const NarrowPhase narrow(options);
@@ -309,7 +311,7 @@ class Costs {
   std::size_t equal_ = 0;
 };
 
-/// The bodies that never move, and where they are.
+/// The bodies that never move, and their poses.
 json still_bodies(const Scene& scene, const Survey& about) {
   json still = json::array();
   std::set<std::uint32_t> moving(about.moving.begin(), about.moving.end());
@@ -324,8 +326,8 @@ json still_bodies(const Scene& scene, const Survey& about) {
   return still;
 }
 
-/// Packs every frame, or every second, fourth ... if all are more than `most_bytes`; returns those that are kept, and
-/// sets how many lie between two.
+/// Packs every frame, or every second, fourth ... if all take more than `most_bytes`; returns the frames that are kept,
+/// and sets the stride.
 std::vector<const Frame*> pack(const std::vector<Frame>& frames, std::size_t most_bytes, Replay& out,
                                std::size_t& stride) {
   stride = 1;
@@ -380,7 +382,7 @@ Replay read_replay(const std::filesystem::path& path, std::size_t most_frames, s
   json names = json::array();
   for (std::uint32_t k = 0; k < scene.shapes().size(); ++k) names.push_back(scene.shape_name(k));
   json cost = costs.about();
-  // A cost counts for the frame that is kept next to the one it was measured at.
+  // A cost belongs to the kept frame nearest to the one it was measured at.
   for (json& frame : cost["frames"]) frame = std::min(frame.get<std::size_t>() / stride, kept.size() - 1);
   out.about = {{"file", path.string()},
                {"name", scene.name},

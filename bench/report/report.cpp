@@ -1,3 +1,4 @@
+// Writes the HTML page of a report.
 #include "report.h"
 
 #include <fmt/format.h>
@@ -34,8 +35,8 @@ std::string today() {
   return text;
 }
 
-/// Records for `tandem query` by their id, for the worst inputs that the rows name. A row that has the whole record
-/// keeps it.
+/// The records for `tandem query`, by their id, of the worst inputs that the rows name. A row that holds the whole
+/// record keeps it.
 Json worst_records(const Json& results) {
   Json out = Json::object();
   for (const Json& result : results)
@@ -59,7 +60,7 @@ Json box_worlds() {
   return out;
 }
 
-/// Inline text must not end the element it is in.
+/// Inline text must not contain the end of its element.
 std::string script(std::string_view text) {
   constexpr std::string_view end = "</script";
   std::string out = "<script>\n";
@@ -72,7 +73,7 @@ std::string data_block(std::string_view id, std::string_view bytes) {
   return fmt::format("<script type=\"application/octet-stream\" id=\"{}\">{}</script>\n", id, base64(bytes));
 }
 
-/// Modules find each other by name: a page opened from disk may not load files.
+/// The import map by which modules find each other by name: a page opened from disk may not load files.
 std::string import_map() {
   Json imports = Json::object();
   const auto add = [&](std::string_view name, std::string_view bytes) {
@@ -88,11 +89,11 @@ std::string licences() {
   std::string out;
   for (const Asset& file : assets())
     if (file.name.ends_with("/copyright")) out += file.bytes;
-  for (std::size_t at = 0; (at = out.find("--", at)) != std::string::npos;) out.erase(at, 1);  // may end a comment
+  for (std::size_t at = 0; (at = out.find("--", at)) != std::string::npos;) out.erase(at, 1);  // "--" may end a comment
   return fmt::format("<!--\nThe libraries in this page and their licences.\n\n{}-->\n", out);
 }
 
-/// The page's text with each mark <!-- NAME --> replaced.
+/// The text of the page with each mark <!-- NAME --> replaced.
 std::string filled(std::string_view page, const std::map<std::string, std::string>& parts) {
   std::string out;
   for (std::size_t at = 0; at < page.size();) {

@@ -1,3 +1,4 @@
+// Reads the steps of a timeline for the page's drawing.
 #include "trace_steps.h"
 
 #include <algorithm>
@@ -30,10 +31,10 @@ struct Sample {
   double at, value;
 };
 
-/// Some hundred ns are enough for a picture.
+/// Tenths of microseconds are enough for a drawing.
 double rounded(double us) { return std::round(10 * us) / 10; }
 
-/// What the rows of a picture are called: threads, or ranks where a file has several processes.
+/// The names of the rows of a drawing: threads, or ranks where a file has several processes.
 std::vector<std::string> row_names(const std::set<Thread>& threads, const std::map<std::uint32_t, std::string>& names) {
   const bool several = !threads.empty() && threads.begin()->first != threads.rbegin()->first;
   std::vector<std::string> out;

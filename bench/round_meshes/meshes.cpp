@@ -1,3 +1,4 @@
+// Meshes by formula and scenes of all kinds of shapes.
 #include "round_meshes/meshes.h"
 
 #include <cmath>
@@ -128,7 +129,7 @@ Scene falling_mixed_scene(std::size_t bodies) {
   for (std::size_t i = 0; i < bodies; ++i) {
     const std::size_t x = i % side, y = i / side % side, z = i / (side * side);
     BodyOptions body;
-    body.shape = ids[(i * 7 + z) % ids.size()];  // no columns or rows of one kind
+    body.shape = ids[(i * 7 + z) % ids.size()];  // so that no column or row is of one kind
     body.pose.rotation = random.rotation();
     body.pose.translation =
         room * Vec3(static_cast<double>(x), static_cast<double>(y), static_cast<double>(z) + 0.5) + random.vec(0, 0.1);
