@@ -1,3 +1,4 @@
+// Numbers of binary files in either byte order.
 #pragma once
 #include <bit>
 #include <cstddef>
@@ -6,8 +7,7 @@
 
 namespace tandem {
 
-/// A number of a binary file: a whole one, or an IEEE float or double, with its most or its least significant byte
-/// first.
+/// A number of a binary file, an integer or an IEEE float or double, with the most or the least significant byte first.
 template <typename T>
 T number_from(const char* bytes, bool big_endian) {
   using Bits = std::conditional_t<sizeof(T) == 8, std::uint64_t,

@@ -1,3 +1,4 @@
+// The buffers and accessors of glTF files.
 #include "formats/gltf_buffers.h"
 
 #include <limits>
@@ -14,12 +15,12 @@ std::uint32_t whole_or(const JsonRef& json, std::string_view key, std::uint32_t 
   return value ? value->whole(most) : otherwise;
 }
 
-/// RFC 4648; false where it is none.
+/// Decodes base64 (RFC 4648); false where the text is not base64.
 bool from_base64(std::string_view text, std::string& out) {
   constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   while (!text.empty() && text.back() == '=') text.remove_suffix(1);
   std::uint32_t bits = 0;
-  unsigned held = 0;  // bits that are no whole byte yet
+  unsigned held = 0;  // bits that do not make a whole byte yet
   for (const char c : text) {
     const std::size_t digit = digits.find(c);
     if (digit == std::string_view::npos) return false;
@@ -31,7 +32,7 @@ bool from_base64(std::string_view text, std::string& out) {
   return true;
 }
 
-/// Of a URI, %20 is a space.
+/// Decodes the percent signs of a URI, such as %20 for a space.
 std::optional<std::string> without_percents(std::string_view uri) {
   const auto digit = [](char c) {
     constexpr std::string_view digits = "0123456789abcdef";

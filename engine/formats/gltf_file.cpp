@@ -1,3 +1,4 @@
+// Reads the triangles of a glTF or GLB file.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,7 +19,7 @@
 namespace tandem {
 namespace {
 
-/// p -> linear p + offset, from a node's frame to the scene's.
+/// An affine map p -> linear p + offset, from a node's frame to the scene's.
 struct Placement {
   Mat3 linear = Mat3::Identity();
   Vec3 offset = Vec3::Zero();
@@ -38,7 +39,8 @@ std::array<double, n> some_numbers(const JsonRef& json) {
   return out;
 }
 
-/// A node's own part of its placement: `matrix` by columns, or `translation`, `rotation` (x, y, z, w) and `scale`.
+/// A node's transform relative to its parent: `matrix` by columns, or `translation`, `rotation` (x, y, z, w) and
+/// `scale`.
 Placement placement_of(const JsonRef& node) {
   Placement out;
   if (const auto matrix = node.find("matrix")) {
@@ -102,7 +104,7 @@ class GltfReader {
   }
 
  private:
-  /// Of what a reader must know, colours and textures alone change no place.
+  /// Refuses required extensions that could change geometry; those for colours and textures do not.
   void require_known() const {
     const JsonRef asset = document_.at("asset"), version = asset.at("version");
     if (!version.text().starts_with("2.")) version.refuse("2.0");
@@ -126,7 +128,7 @@ class GltfReader {
     return out;
   }
 
-  /// Those of the scene; without one, all that are no other's child.
+  /// The root nodes of the scene; without a scene, all nodes that are no other's child.
   std::vector<std::uint32_t> roots() const {
     if (scenes_.size() > 0) {
       const auto which = document_.find("scene");
@@ -157,7 +159,7 @@ class GltfReader {
     }
   }
 
-  /// Points and lines have no surface and are passed over.
+  /// Adds the triangles of a primitive; points and lines have no surface and are skipped.
   void add_primitive(const JsonRef& primitive, const Placement& placement) {
     constexpr std::uint32_t first_of_triangles = 4, strip = 5, fan = 6;
     const auto mode_json = primitive.find("mode");
@@ -185,7 +187,7 @@ class GltfReader {
     const auto add = [&](std::uint32_t i, std::uint32_t j, std::uint32_t k) {
       if (mirrored) std::swap(j, k);
       const std::uint32_t a = corner(i), b = corner(j), c = corner(k);
-      // Strips turn by triangles that have two corners in common.
+      // Strips turn by degenerate triangles, with two equal corners: skip these.
       if (mode != strip || (a != b && b != c && c != a)) add_triangle(mesh_, {a, b, c}, fail);
     };
     if (mode == first_of_triangles)
@@ -211,7 +213,7 @@ class GltfReader {
   Welder welder_{mesh_};
 };
 
-/// The two chunks of a GLB file; others are passed over.
+/// The two chunks of a GLB file that are used; others are skipped.
 struct Chunks {
   std::string_view json, binary;
 };

@@ -1,3 +1,4 @@
+// Builds the mesh of a file, vertex by vertex and triangle by triangle.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -10,8 +11,8 @@
 
 namespace tandem {
 
-// What readers add a mesh's parts by. `fail(found, allowed)` throws, with the place that the reader has come to, where
-// limits::mesh_vertices or mesh_triangles would be exceeded.
+// Functions by which readers add vertices and triangles. `fail(found, allowed)` throws, with the reader's position in
+// the file, where limits::mesh_vertices or mesh_triangles would be exceeded.
 
 template <typename Fail>
 void add_vertex(Mesh& mesh, const Vec3& vertex, const Fail& fail) {
@@ -27,7 +28,7 @@ void add_triangle(Mesh& mesh, const std::array<std::uint32_t, 3>& triangle, cons
   mesh.triangles.push_back(triangle);
 }
 
-/// A polygon, corner by corner: its triangles are a fan from the first.
+/// A polygon, corner by corner: its triangles are a fan from the first corner.
 class Fan {
  public:
   std::size_t corners() const { return corners_; }
@@ -43,13 +44,13 @@ class Fan {
   std::size_t corners_ = 0;
 };
 
-/// Makes corners with equal coordinates one vertex, numbered in the order of their first appearance.
+/// Merges corners with equal coordinates into one vertex, numbered in the order of their first appearance.
 class Welder {
  public:
   explicit Welder(Mesh& mesh) : mesh_(mesh) {}
   template <typename Fail>
   std::uint32_t add(const Vec3& v, const Fail& fail) {
-    // -0 and 0 are the same place.
+    // Adding zero makes -0 and 0 the same key.
     const std::array<double, 3> key{v.x() + 0.0, v.y() + 0.0, v.z() + 0.0};
     const auto [found, is_new] = numbers_.emplace(key, static_cast<std::uint32_t>(mesh_.vertices.size()));
     if (is_new) add_vertex(mesh_, v, fail);

@@ -1,3 +1,4 @@
+// Error messages about input: one line, valid UTF-8, bounded length.
 #include "formats/input_error.h"
 
 #include <algorithm>
@@ -11,22 +12,23 @@ unsigned byte_at(std::string_view text, std::size_t i) { return static_cast<unsi
 
 bool continues(unsigned byte) { return (byte & 0xc0u) == 0x80u; }
 
-/// Bytes of the UTF-8 character at the beginning of the text; 0 where there is none (Unicode, table 3-7).
+/// The number of bytes of the UTF-8 character at the beginning of the text; 0 if there is none (Unicode, table 3-7).
 std::size_t character_bytes(std::string_view text) {
   const unsigned first = byte_at(text, 0);
   if (first < 0x80) return 1;
   const std::size_t size = first < 0xc2 ? 0 : first < 0xe0 ? 2 : first < 0xf0 ? 3 : first < 0xf5 ? 4 : 0;
   if (size == 0 || text.size() < size) return 0;
   const unsigned second = byte_at(text, 1);
-  const unsigned least = first == 0xe0 ? 0xa0u : first == 0xf0 ? 0x90u : 0x80u;  // no longer than needed
-  const unsigned most = first == 0xed ? 0x9fu : first == 0xf4 ? 0x8fu : 0xbfu;   // no surrogate, none past the last
+  const unsigned least = first == 0xe0 ? 0xa0u : first == 0xf0 ? 0x90u : 0x80u;  // rules out overlong encodings
+  // Rules out surrogates and values beyond the last.
+  const unsigned most = first == 0xed ? 0x9fu : first == 0xf4 ? 0x8fu : 0xbfu;
   if (second < least || second > most) return 0;
   for (std::size_t i = 2; i < size; ++i)
     if (!continues(byte_at(text, i))) return 0;
   return size;
 }
 
-/// The line and paragraph separators and U+0080 to U+009F, among which is a line end.
+/// True for the line and paragraph separators and U+0080 to U+009F, which contain a line end.
 bool ends_line(std::string_view character) {
   return (character[0] == '\xc2' && byte_at(character, 1) < 0xa0) || character == "\u2028" || character == "\u2029";
 }
@@ -34,7 +36,7 @@ bool ends_line(std::string_view character) {
 std::string joined(const std::string& where, const std::string& found, const std::string& allowed) {
   const std::string rest = found + (allowed.empty() ? "" : (found.empty() ? "allowed: " : ", allowed: ") + allowed);
   if (where.empty()) return shortened(rest, limits::message_bytes);
-  // What was found and what is allowed are short, so that most of the line is left for the place.
+  // The found and the allowed value are short, so most of the line is left for the place.
   const std::size_t least = limits::message_bytes / 3;
   const std::string end = ": " + shortened(rest, limits::message_bytes - least);
   return shortened(where, limits::message_bytes - end.size()) + end;

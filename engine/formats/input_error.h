@@ -1,3 +1,4 @@
+// Texts for error messages about input.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -11,13 +12,14 @@ namespace tandem {
 /// belongs to no character.
 std::string on_one_line(std::string_view text);
 
-/// The text if it has at most `most` bytes, else its beginning and its end with "..." between. Cuts between characters.
+/// The text if it has at most `most` bytes, else its beginning and its end with "..." between. Cuts only between
+/// characters.
 std::string shortened(std::string_view text, std::size_t most);
 
-/// As many of the text's characters as have at most `most` bytes.
+/// The longest prefix of whole characters with at most `most` bytes.
 std::string_view first_characters(std::string_view text, std::size_t most);
 
-/// What a refusal quotes of the value found: one line of at most limits::quoted_bytes.
+/// A value as an error message quotes it: one line of at most limits::quoted_bytes.
 std::string quotation(std::string_view found);
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// Parses JSON with limits, and errors that name the place as a JSON pointer.
 #include "formats/json_reader.h"
 
 #include <algorithm>
@@ -23,7 +24,7 @@ std::string escaped(std::string_view key) {
   return out;
 }
 
-// Builds the document; keys are compared when an object ends, as looking each one up would be quadratic.
+// Builds the document. Keys are compared when an object ends, since looking each one up would take quadratic time.
 class Builder : public nlohmann::json_sax<Json> {
  public:
   explicit Builder(std::size_t& values_left) : values_left_(values_left) {}
@@ -58,7 +59,8 @@ class Builder : public nlohmann::json_sax<Json> {
     constexpr int out_of_range = 406;
     if (error.id == out_of_range) throw InputError(path(), quotation(token), "a number that fits a double");
     std::string what = error.what();
-    // "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error ...": the reason alone.
+    // nlohmann's text is "[json.exception.parse_error.101] parse error at line 1, column 2: syntax error ...": keep the
+    // reason.
     const std::size_t reason = what.find("syntax error");
     if (reason != std::string::npos) what.erase(0, reason);
     const std::string where = open_.empty() ? std::string() : path() + ": ";
@@ -85,7 +87,7 @@ class Builder : public nlohmann::json_sax<Json> {
       array.push_back(std::move(value));
       return &array.back();
     }
-    // ordered_map is a vector whose own insertion looks for the key first.
+    // ordered_map is a vector whose own insertion searches for the key first.
     std::vector<Json::object_t::value_type, Json::object_t::allocator_type>& members =
         open_.back()->get_ref<Json::object_t&>();
     members.emplace_back(key_.back(), std::move(value));
@@ -116,13 +118,13 @@ class Builder : public nlohmann::json_sax<Json> {
   std::size_t& values_left_;
   Json root_;
   std::vector<Json*> open_;       // containers that have not ended, outermost first
-  std::vector<std::string> key_;  // of each open object, the last key read
+  std::vector<std::string> key_;  // the last key read of each open object
 };
 
-/// Thrown where enough was written.
+/// Thrown to stop writing when enough characters are there.
 struct Full {};
 
-/// Takes the first characters written to it.
+/// A stream buffer that keeps the first characters written to it.
 class Beginning : public std::streambuf {
  public:
   explicit Beginning(std::size_t most) : most_(most) {}
@@ -140,7 +142,7 @@ class Beginning : public std::streambuf {
   std::string text_;
 };
 
-/// What a refusal quotes of a value, which may be as large as the document.
+/// A value as an error message quotes it; the value may be as large as the document.
 std::string quotation_of(const Json& value) {
   constexpr std::string_view gap = "...";
   Beginning beginning(limits::quoted_bytes);

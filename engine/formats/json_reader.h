@@ -1,3 +1,4 @@
+// JSON values that know their place in the document, for error messages.
 #pragma once
 #include <cstdint>
 #include <initializer_list>
@@ -12,52 +13,52 @@
 
 namespace tandem {
 
-/// Objects keep the order of the text.
+/// A JSON value; objects keep the order of the text.
 using Json = nlohmann::ordered_json;
 
-/// Parses one JSON value. Throws InputError for anything that is not JSON, a number too large for a double, a key that
-/// stands twice in an object, or what is beyond limits::json_depth and json_values; `before_error` (if given) then
-/// receives what was read so far. `values_left` (if given) stands for json_values, and is lessened by what was read:
-/// for documents of many lines.
+/// Parses one JSON value. Throws InputError for text that is not JSON, a number too large for a double, a key that
+/// occurs twice in an object, or a document beyond limits::json_depth and json_values; `before_error` (if given) then
+/// receives what was read so far. `values_left` (if given) replaces json_values, and is reduced by the number of values
+/// read: for inputs of many lines.
 Json parse_json(std::string_view text, Json* before_error = nullptr, std::size_t* values_left = nullptr);
 
-/// A value together with where it stands, so that every refusal can say it as a JSON pointer. Refers to its parent,
-/// which must outlive it.
+/// A value together with its place in the document, so that every error can name it as a JSON pointer. Refers to its
+/// parent, which must outlive it.
 class JsonRef {
  public:
   explicit JsonRef(const Json& root) : value_(&root) {}
 
   const Json& value() const { return *value_; }
   std::string pointer() const;
-  /// Throws InputError "POINTER: VALUE, allowed: ALLOWED", the value shortened.
+  /// Throws InputError "POINTER: VALUE, allowed: ALLOWED", with the value shortened.
   [[noreturn]] void refuse(std::string_view allowed) const;
-  /// Throws InputError, with what is wrong in words.
+  /// The same with a description of what is wrong.
   [[noreturn]] void refuse(std::string_view found, std::string_view allowed) const;
 
-  /// Objects: the member of that name, which must be there.
+  /// For objects: the member of that name, which must exist.
   JsonRef at(std::string_view key) const&;
   JsonRef at(std::string_view key) && = delete;
-  /// Objects: the member of that name, if it is there.
+  /// For objects: the member of that name, if it exists.
   std::optional<JsonRef> find(std::string_view key) const&;
   std::optional<JsonRef> find(std::string_view key) && = delete;
-  /// Objects: a member that the caller found in value().
+  /// For objects: a member that the caller found in value().
   JsonRef member(std::string_view key, const Json& value) const& { return {value, this, key, 0}; }
   JsonRef member(std::string_view key, const Json& value) && = delete;
-  /// Refuses what is no object or has any other key.
+  /// Throws unless the value is an object whose keys are all among these.
   void require_keys(std::initializer_list<std::string_view> allowed) const;
-  /// Members of an object, elements of an array.
+  /// The number of members of an object, or elements of an array.
   std::size_t size() const;
 
-  /// Arrays: element `index` < size().
+  /// For arrays: element `index` < size().
   JsonRef at(std::size_t index) const&;
   JsonRef at(std::size_t index) && = delete;
   void require_array(std::string_view allowed) const;
 
   double number() const;
-  double number_above(double bound) const;     ///< > bound
-  double number_at_least(double bound) const;  ///< >= bound
-  double number_up_to(double most) const;      ///< from 0
-  Vec3 vec3_up_to(double most) const;          ///< each at most this in size
+  double number_above(double bound) const;     ///< a number > bound
+  double number_at_least(double bound) const;  ///< a number >= bound
+  double number_up_to(double most) const;      ///< a number in [0, most]
+  Vec3 vec3_up_to(double most) const;          ///< each component in [-most, most]
   std::uint32_t whole(std::uint32_t most) const;
   bool flag() const;
   const std::string& text() const;

@@ -1,3 +1,4 @@
+// Writes JSON text.
 #include "formats/json_writer.h"
 
 #include <charconv>
@@ -37,7 +38,7 @@ JsonWriter& JsonWriter::key(std::string_view name) {
 
 JsonWriter& JsonWriter::value(double number) {
   if (!std::isfinite(number)) throw std::runtime_error("a number in the answer is not finite");
-  if (number == 0 && std::signbit(number)) return raw("-0.0");  // "-0" reads as the whole number 0
+  if (number == 0 && std::signbit(number)) return raw("-0.0");  // "-0" would be read as the integer 0
   char text[32];
   const auto end = std::to_chars(text, text + sizeof text, number).ptr;
   return raw({text, static_cast<std::size_t>(end - text)});
@@ -45,7 +46,7 @@ JsonWriter& JsonWriter::value(double number) {
 
 JsonWriter& JsonWriter::value(std::string_view text) {
   using Text = nlohmann::json;
-  // A file name need not be UTF-8; JSON must be.
+  // A file name need not be UTF-8, but JSON must be.
   return raw(Text(text).dump(-1, ' ', false, Text::error_handler_t::replace));
 }
 

@@ -1,3 +1,4 @@
+// Writes JSON text.
 #pragma once
 #include <concepts>
 #include <string>
@@ -7,7 +8,7 @@
 
 namespace tandem {
 
-/// Writes JSON text. Doubles in the shortest form that reads back as the same bits.
+/// A writer of JSON text. Doubles have the shortest form that reads back as the same bits.
 class JsonWriter {
  public:
   JsonWriter& begin_object() { return open('{'); }
@@ -27,14 +28,14 @@ class JsonWriter {
   JsonWriter& value(const char* text) { return value(std::string_view(text)); }
   JsonWriter& value(const Vec3& v);
   JsonWriter& null() { return raw("null"); }
-  /// Text that is JSON already.
+  /// Appends text that is JSON already.
   JsonWriter& raw(std::string_view json);
 
   template <typename T>
   JsonWriter& member(std::string_view name, const T& v) {
     return key(name).value(v);
   }
-  /// White space for readers, between two elements.
+  /// White space between two elements, for human readers.
   JsonWriter& new_line(std::string_view indent = {});
 
   const std::string& text() const { return out_; }
@@ -50,7 +51,7 @@ class JsonWriter {
 
   std::string out_;
   std::string space_;
-  bool comma_ = false;  // the next element needs one before it
+  bool comma_ = false;  // the next element needs a comma before it
 };
 
 }  // namespace tandem

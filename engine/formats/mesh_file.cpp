@@ -1,3 +1,4 @@
+// Reads mesh files by the extension of their names.
 #include "tandem/formats/mesh_file.h"
 
 #include <algorithm>
@@ -23,7 +24,7 @@ constexpr struct {
 } formats[] = {{".obj", alone<read_obj>}, {".stl", alone<read_stl>}, {".ply", alone<read_ply>},
                {".off", alone<read_off>}, {".gltf", read_gltf},      {".glb", read_gltf}};
 
-/// The format that the name's end tells; null for none.
+/// The reader for the file name's extension; null for an unknown one.
 Read reader_of(const std::filesystem::path& path) {
   std::string extension = path.extension().string();
   std::transform(extension.begin(), extension.end(), extension.begin(),

@@ -1,3 +1,4 @@
+// The readers of mesh file formats.
 #pragma once
 #include <filesystem>
 #include <string>
@@ -7,12 +8,12 @@
 
 namespace tandem {
 
-// A reader a format; what each makes of a file is said at read_mesh_file. `file` names it in refusals.
+// One reader for each format; read_mesh_file documents what they read. `file` names the file in errors.
 Mesh read_obj(const std::string& file, std::string_view text);
 Mesh read_stl(const std::string& file, std::string_view bytes);
 Mesh read_ply(const std::string& file, std::string_view bytes);
 Mesh read_off(const std::string& file, std::string_view text);
-/// A .gltf or .glb file, told apart by how it begins. Buffers in files of their own are looked for in `folder`.
+/// Reads a .gltf or .glb file, distinguished by its first bytes. Separate buffer files are searched for in `folder`.
 Mesh read_gltf(const std::string& file, std::string_view bytes, const std::filesystem::path& folder);
 
 }  // namespace tandem

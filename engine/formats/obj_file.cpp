@@ -1,3 +1,4 @@
+// Reads the triangles of an OBJ file.
 #include <charconv>
 #include <limits>
 #include <string>
@@ -10,12 +11,13 @@
 namespace tandem {
 namespace {
 
-/// Vertex numbers of an OBJ file's faces. They may name vertices that come later, so that these are checked at the end.
+/// The vertex indices of an OBJ file's faces. They may refer to vertices that come later, so they are checked at the
+/// end.
 class ObjFaces {
  public:
   explicit ObjFaces(const Words& words) : words_(words) {}
 
-  /// v, v/vt, v//vn or v/vt/vn: only v is of use. `vertices` are known so far.
+  /// A corner v, v/vt, v//vn or v/vt/vn, of which only v is used. `vertices`: the number of vertices read so far.
   std::uint32_t corner(std::string_view word, std::size_t vertices) {
     const std::string_view index = word.substr(0, word.find('/'));
     std::int64_t i = 0;

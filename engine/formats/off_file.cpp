@@ -1,3 +1,4 @@
+// Reads the triangles of an OFF file.
 #include <algorithm>
 #include <string>
 
@@ -8,7 +9,7 @@
 namespace tandem {
 namespace {
 
-/// The next word that is not in an empty line; empty at the end.
+/// The first word of the next line that is not empty; empty at the end of the text.
 std::string_view first_of_next_line(Words& words) {
   while (words.next_line()) {
     const std::string_view word = words.next_of_line();
@@ -17,8 +18,8 @@ std::string_view first_of_next_line(Words& words) {
   return {};
 }
 
-/// The header's word is optional and may stand before the first number without a space between; what is before OFF in
-/// it tells what else a vertex has: ST a texture's place, C a colour, N a normal. Gives the first number.
+/// Skips the header's keyword, which is optional and may precede the first number without a space; letters before OFF
+/// announce more numbers for a vertex: ST texture coordinates, C a colour, N a normal. Returns the first number.
 std::string_view pass_keyword(Words& words) {
   const std::string_view word = words.next();
   const std::size_t off = word.find("OFF");

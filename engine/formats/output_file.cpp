@@ -1,3 +1,4 @@
+// Output files that appear only when they are complete.
 #include "formats/output_file.h"
 
 #include <fcntl.h>
@@ -13,7 +14,7 @@ namespace fs = std::filesystem;
 
 std::string shown(std::string_view option, const fs::path& path) { return std::string(option) + ' ' + path.string(); }
 
-// The file that a path names, whether or not it is there.
+// The absolute path of the file that a path names, whether or not it exists.
 fs::path resolved(const fs::path& path) {
   std::error_code error;
   const fs::path known = fs::weakly_canonical(fs::absolute(path), error);
@@ -27,7 +28,7 @@ int open_for_writing(const fs::path& path, const std::string& what) {
   return descriptor;
 }
 
-// Devices and pipes cannot be replaced by a file of the same name.
+// The temporary path; empty for devices and pipes, which cannot be replaced by a file of the same name.
 fs::path temporary_for(const fs::path& target, const std::string& what) {
   std::error_code error;
   const fs::file_status status = fs::status(target, error);
@@ -78,7 +79,7 @@ OutputFile::OutputFile(std::string_view option, const fs::path& path)
       descriptor_(open_for_writing(temporary_.empty() ? target_ : temporary_, what_)),
       buffer_(descriptor_, what_),
       stream_(&buffer_) {
-  stream_.exceptions(std::ios::badbit);  // what the buffer throws goes on, with its reason
+  stream_.exceptions(std::ios::badbit);  // exceptions of the buffer pass through, with their reason
 }
 
 OutputFile::~OutputFile() {

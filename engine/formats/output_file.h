@@ -1,3 +1,4 @@
+// Output files that appear only when they are complete, and checked writing to descriptors.
 #pragma once
 #include <cstddef>
 #include <filesystem>
@@ -10,22 +11,22 @@
 
 namespace tandem {
 
-/// Output that failed: one line, "WHAT: reason".
+/// Output that failed; the message is one line, "WHAT: reason".
 class OutputError : public std::runtime_error {
  public:
   using std::runtime_error::runtime_error;
 };
 
-/// The reader of a pipe went away: no more output is wanted, which is no failure worth a word.
+/// The reader of a pipe has closed it: no more output is wanted, which is not reported as a failure.
 class ReaderGone : public OutputError {
  public:
   using OutputError::OutputError;
 };
 
-/// Buffered bytes to a file descriptor; every write is checked.
+/// A buffer before a file descriptor; every write is checked.
 class DescriptorBuffer : public std::streambuf {
  public:
-  /// `what` opens the messages; the descriptor stays the caller's.
+  /// `what` begins the error messages. The caller keeps the descriptor.
   DescriptorBuffer(int descriptor, std::string what) : descriptor_(descriptor), what_(std::move(what)) {}
   /// Throws OutputError when the bytes cannot be written.
   void append(std::string_view bytes);
@@ -41,12 +42,12 @@ class DescriptorBuffer : public std::streambuf {
   std::string waiting_;
 };
 
-/// A file that appears under its name only when it is complete: written beside it under a temporary name, renamed by
-/// `commit`, removed without. A device or pipe is written to directly.
+/// A file that appears under its name only when it is complete: it is written beside it under a temporary name, renamed
+/// by `commit`, and removed without. A device or pipe is written to directly.
 class OutputFile {
  public:
-  /// Opens. `option` ("--json") opens the messages. Throws std::invalid_argument for a directory, a folder that does
-  /// not exist or cannot be written: what is known before the work starts.
+  /// Opens the file. `option` ("--json") begins the messages. Throws std::invalid_argument for a directory, or a folder
+  /// that does not exist or cannot be written, so that this is known before the work starts.
   OutputFile(std::string_view option, const std::filesystem::path& path);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
@@ -55,9 +56,9 @@ class OutputFile {
   void append(std::string_view bytes) { buffer_.append(bytes); }
   void write(const void* bytes, std::size_t count) { append({static_cast<const char*>(bytes), count}); }
   std::ostream& stream() { return stream_; }
-  /// All bytes are on their way and none was refused; nothing can be appended any more. Throws OutputError.
+  /// Writes all remaining bytes and checks for errors; nothing can be appended afterwards. Throws OutputError.
   void finish();
-  /// Finishes, if that is still to do, and gives the file its name. Throws OutputError.
+  /// Finishes, if that has not been done, and renames the file to its name. Throws OutputError.
   void commit();
 
  private:
@@ -69,7 +70,7 @@ class OutputFile {
   std::ostream stream_;
 };
 
-/// Throws std::invalid_argument if two of the files (options and paths; empty paths are passed over) are one.
+/// Throws std::invalid_argument if two of the files (options and paths; empty paths are ignored) are the same.
 void require_different(const std::vector<std::pair<std::string_view, std::filesystem::path>>& files);
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// Pair records of `tandem query`: reading, answering, writing.
 #include "formats/pair_record.h"
 
 #include <algorithm>
@@ -138,7 +139,7 @@ PairRecordAnswer answer(const PairRecord& record, NarrowPhaseOptions options) {
     const PairRecord::Given given =
         record.given.value_or(PairRecord::Given{record.a.shape, record.a.pose, record.b.shape, record.b.pose});
     out.triangles = narrow_phase.intersecting_triangles(given.a, given.pose_a, given.b, given.pose_b);
-    // Meshes' yes or no is exact by itself.
+    // For meshes the collision verdict is exact anyway.
     const bool two_triangles =
         record.a.shape.kind() == ShapeKind::triangle && record.b.shape.kind() == ShapeKind::triangle;
     if (ask.collide && two_triangles) out.collide = !out.triangles->empty();
@@ -219,7 +220,7 @@ AnsweredLine answer_line(std::string_view line, std::size_t line_number, ShapeRe
     write_answer(out, id, found, nanoseconds);
     return {out.text(), true, is_record};
   } catch (const std::exception& error) {
-    find_id();  // a line that breaks off later still says whose it is
+    find_id();  // An incomplete line may still have its id.
     AnsweredLine answered = bad_line(id, line_number, error.what());
     answered.is_record = is_record;
     return answered;

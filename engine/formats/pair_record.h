@@ -1,3 +1,4 @@
+// Pair records, the lines of JSON that `tandem query` reads and answers.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -14,7 +15,7 @@
 
 namespace tandem {
 
-/// What a pair record asks for; distance and penetration ask for the same.
+/// The requests of a pair record; distance and penetration request the same.
 struct Ask {
   bool collide = false;
   bool distance = false;
@@ -25,13 +26,14 @@ struct Ask {
   bool depth_bounds = false;
 };
 
-/// A question about two bodies. Where a rotation is not orthonormal to rounding their points are where the record's
-/// R v + t puts them.
+/// A question about two bodies. Where a rotation is not orthonormal to rounding, the points of the shapes are where the
+/// record's R v + t puts them.
 struct PairRecord {
   Json id;  ///< any JSON value; null if the record has none
   PlacedShape a, b;
-  /// Two with triangles as they were given, where `a` and `b` have corners that were turned and so rounded: what is
-  /// exact for the real numbers R v + t, lists and meshes' yes or no, is told from these.
+  /// The two shapes with triangles as given, where the corners of `a` and `b` were rotated and so rounded. Results that
+  /// are exact for the real numbers R v + t (lists of triangle pairs, collision verdicts of meshes) are computed from
+  /// these.
   struct Given {
     Shape a;
     Pose pose_a;
@@ -43,10 +45,11 @@ struct PairRecord {
   double margin = 0;  ///< metres, >= 0
   Vec3 velocity_a = Vec3::Zero(), velocity_b = Vec3::Zero();
   double tmax = 0;  ///< s, >= 0
-  std::size_t most_boxes = DepthOptions{}.most_boxes;  ///< that depth_bounds may look at
+  /// For depth_bounds: the boxes of translations that it may examine.
+  std::size_t most_boxes = DepthOptions{}.most_boxes;
 };
 
-/// What was asked, and nothing else.
+/// The results that were asked for, and no others.
 struct PairRecordAnswer {
   std::optional<bool> collide;
   std::optional<double> signed_distance;
@@ -57,10 +60,10 @@ struct PairRecordAnswer {
   std::optional<std::optional<double>> toi;  ///< empty inside: they do not touch
   std::optional<DepthBounds> depth_bounds;
   Status status = Status::ok;
-  double error_bound = 0;  ///< metres, with Status::inexact
+  double error_bound = 0;  ///< metres, for Status::inexact
 };
 
-/// Throws InputError that names the JSON pointer. Keys of the record that are not known are passed over.
+/// Reads a record. Throws InputError that names the JSON pointer. Unknown keys are ignored.
 PairRecord read_pair_record(const Json& json, ShapeReader& shapes);
 
 /// Solves what the record asks for. `options.margin` is replaced by the record's. Throws std::invalid_argument for a
@@ -69,19 +72,20 @@ PairRecordAnswer answer(const PairRecord& record, NarrowPhaseOptions options);
 
 void write_answer(JsonWriter& out, const Json& id, const PairRecordAnswer& answer, std::optional<double> nanoseconds);
 
-/// One line in, one line out.
+/// The answer to one line, as one line.
 struct AnsweredLine {
   std::string text;  ///< JSON without a line end
   bool ok = false;
-  bool is_record = false;  ///< it was read as one, also if it could not be answered
+  bool is_record = false;  ///< the line was read as a record, even if it could not be answered
 };
 
 struct QueryOptions {
   NarrowPhaseOptions narrow_phase;
-  bool time = false;  ///< measure the answer: the mean of as many repeats as fill some milliseconds
+  bool time = false;  ///< measure the time: the mean of as many repetitions as fill some milliseconds
 };
 
-/// Never throws for what the line says: a bad record's answer is its error. `line_number` counts from 1.
+/// Answers a line. Never throws for the line's content: the answer to a bad record is its error. `line_number` counts
+/// from 1.
 AnsweredLine answer_line(std::string_view line, std::size_t line_number, ShapeReader& shapes,
                          const QueryOptions& options);
 

@@ -1,3 +1,4 @@
+// Queries of shapes whose pose is a rotation only approximately, as in records with few digits.
 #include "formats/placed_shape.h"
 
 #include <Eigen/SVD>
@@ -12,13 +13,13 @@
 namespace tandem {
 namespace {
 
-/// The shortest turn that takes z to a unit axis next to it.
+/// The smallest rotation that takes z to a nearby unit axis.
 Mat3 turn_from_z(const Vec3& axis) {
   const double s = std::sqrt(2 * (1 + axis[2]));
   return Quat(0.5 * s, -axis[1] / s, axis[0] / s, 0).toRotationMatrix();
 }
 
-/// A cylinder or cone with a rest, from inside.
+/// The hull of points of a cylinder or cone with a remaining deformation, inside the shape.
 class InnerHull {
  public:
   explicit InnerHull(const PlacedShape& placed) : of_(placed) {
@@ -30,14 +31,14 @@ class InnerHull {
 
   Shape shape() const { return Shape(Convex{points_}); }
 
-  /// How much farther along n, in world axes, the shape reaches than it would without the rest.
+  /// The increase of the support along n, in world axes, caused by the deformation.
   double rest_adds(const Vec3& n) const {
     const Vec3 local = of_.pose.rotation.transpose() * n;
     return reach(rest().transpose() * local) - reach(local);
   }
 
-  /// How much farther than the hull the shape reaches along n, in world axes; its points there are added, and those
-  /// `beside` them, radians around the axis.
+  /// The amount by which the shape's support along n, in world axes, exceeds the hull's; the shape's points there are
+  /// added to the hull, and those at the angle `beside` around the axis, in radians.
   double grow(const Vec3& n, double beside) {
     const Vec3 local = of_.pose.rotation.transpose() * n, m = rest().transpose() * local;
     double known = local.dot(points_[0]);
@@ -55,7 +56,7 @@ class InnerHull {
   double half() const { return 0.5 * of_.shape.length(); }
   const Mat3& rest() const { return *of_.rest; }
 
-  /// How far the shape as it is, in its own frame, reaches along m.
+  /// The support of the deformed shape along m, in its own frame.
   double reach(const Vec3& m) const {
     const double side = of_.shape.radius() * std::hypot(m[0], m[1]);
     return is_cone() ? std::max(side - half() * m[2], half() * m[2]) : side + half() * std::abs(m[2]);
@@ -71,15 +72,15 @@ class InnerHull {
   std::vector<Vec3> points_;
 };
 
-/// Without a rest, and the same to first order around the point farthest along n, a unit vector in world axes: a
-/// cylinder's or cone's side where n is near that of a side, else the plane of its disc.
+/// The undeformed cylinder or cone that agrees to first order with the shape around its point farthest along n, a unit
+/// vector in world axes: matched at the lateral surface where n is near a normal of it, else at the plane of the disc.
 PlacedShape alike(const PlacedShape& placed, const Vec3& n) {
   if (!placed.rest) return placed;
   const Mat3& rest = *placed.rest;
   const bool cone = placed.shape.kind() == ShapeKind::cone;
   double radius = placed.shape.radius(), length = placed.shape.length();
   const double half = 0.5 * length, slant = std::hypot(radius, length);
-  const double sine = cone ? radius / slant : 0.0, cosine = cone ? length / slant : 1.0;  // of the side's normals
+  const double sine = cone ? radius / slant : 0.0, cosine = cone ? length / slant : 1.0;  // of the lateral normals
   const Vec3 local = placed.pose.rotation.transpose() * n, m = (rest.transpose() * local).normalized();
   const double rho = std::hypot(m[0], m[1]), level = cone || m[2] < 0 ? -half : half;
   const Vec3 out = rho > 0 ? Vec3(m[0] / rho, m[1] / rho, 0) : Vec3::UnitX(), circle_centre = level * rest.col(2);
@@ -97,7 +98,7 @@ PlacedShape alike(const PlacedShape& placed, const Vec3& n) {
     radius *= std::sqrt(across.norm());
   }
   const Vec3 along = local - local.dot(axis) * axis;
-  Vec3 off = Vec3::Zero();  // of the point on the rim
+  Vec3 off = Vec3::Zero();  // of the point on the circle
   if (!cone || m[2] * cosine <= rho * sine) {
     off = circle_centre - centre - std::copysign(0.5 * length, level) * axis;
     if (rho > tolerance::along_axis) off += placed.shape.radius() * (rest * out) - radius * along.normalized();
@@ -107,9 +108,9 @@ PlacedShape alike(const PlacedShape& placed, const Vec3& n) {
   return {cone ? Shape(Cone{radius, length}) : Shape(Cylinder{radius, length}), pose, {}};
 }
 
-/// From a normal near that of a minimum of how far two bounded convex shapes reach along it, to the minimum: shapes
-/// that are alike there have theirs next to it, and those that are alike at that one. `signed_distance` is what the
-/// two are apart along the normal reached; minus infinity where none is.
+/// Descends from a normal near a minimum of the support of the difference of two bounded convex shapes to that minimum:
+/// shapes that agree to first order there have theirs nearby, and the shapes that agree at that one have theirs nearer.
+/// `signed_distance` is the separation along the normal reached; minus infinity if there is none.
 PairAnswer descend(const PlacedShape& a, const PlacedShape& b, const Vec3& normal) {
   constexpr int most_rounds = 8;
   PairAnswer out;
@@ -135,7 +136,7 @@ PairAnswer descend(const PlacedShape& a, const PlacedShape& b, const Vec3& norma
   return out;
 }
 
-/// A point of a bounded convex shape farthest along n, in world axes.
+/// The point of a bounded convex shape farthest along n, in world axes.
 Vec3 farthest(const PlacedShape& placed, const Vec3& n) {
   const ConvexView shape = view(placed.shape);
   const Vec3 local = placed.pose.rotation.transpose() * n;
@@ -144,8 +145,8 @@ Vec3 farthest(const PlacedShape& placed, const Vec3& n) {
   return placed.pose * p + core_radius(shape) * n.normalized();
 }
 
-/// The normal of A's side, a cylinder's or cone's, along which A and B are farthest apart. Where the two look almost
-/// the same from all around, a rest alone decides which it is: the derivative along the circle of normals tells it
+/// The lateral normal of A, a cylinder or cone, along which A and B are most separated. Where the two are almost
+/// rotationally symmetric, the deformation alone decides: the derivative along the circle of normals determines it
 /// best.
 Vec3 best_side(const PlacedShape& a, const PlacedShape& b) {
   constexpr int samples = 96;
@@ -178,8 +179,8 @@ Vec3 best_side(const PlacedShape& a, const PlacedShape& b) {
   return at(angle).n;
 }
 
-/// solve() of two bounded bodies that are not both without a rest, A at the origin: what they are apart is closed in on
-/// from both sides, by hulls inside them and by minima of what bodies alike to first order reach.
+/// solve() for two bounded bodies of which at least one is deformed, A at the origin: bounds the distance from both
+/// sides, by hulls inside the bodies and by minima of undeformed bodies that agree to first order.
 class LooseDistance {
  public:
   LooseDistance(const NarrowPhase& narrow_phase, const PlacedShape& a, const PlacedShape& b, const PairAnswer& first)
@@ -221,8 +222,9 @@ class LooseDistance {
   void improve(const Vec3& n) {
     if (!convex_) return;
     const PairAnswer found = descend(a_, b_, n);
-    if (found.signed_distance > 0) above_ = found.signed_distance;  // apart there is one minimum
-    // Beside the minimum by less than shows in what they are apart, the normal may be off by far more than rounding.
+    if (found.signed_distance > 0) above_ = found.signed_distance;  // separated bodies have a single minimum
+    // Beside the minimum by less than the rounding of the distance, the normal may be off by far more than rounding:
+    // prefer the new one.
     if (found.signed_distance >= best_.signed_distance - 4 * epsilon * size_) best_ = found;
   }
   void consider_side(const Vec3& n) {
@@ -237,13 +239,13 @@ class LooseDistance {
   double grow(const Vec3& n, double beside) {
     return (hull_a_ ? hull_a_->grow(n, beside) : 0.0) + (hull_b_ ? hull_b_->grow(-n, beside) : 0.0);
   }
-  /// The distance of the hulls, which then grow to where they were nearest.
+  /// The distance of the hulls, which then grow where they were nearest.
   void close_in(double beside) {
     const Shape in_a = hull_a_ ? hull_a_->shape() : a_.shape, in_b = hull_b_ ? hull_b_->shape() : b_.shape;
     PairAnswer found = narrow_phase_.solve(in_a, a_.pose, in_b, b_.pose, Request::distance);
     above_ = std::min(above_, found.signed_distance);
     const Vec3 n = found.normal;
-    found.signed_distance -= grow(n, beside);  // before others have it grow
+    found.signed_distance -= grow(n, beside);  // before the hulls grow further
     grow(best_.normal, beside);
     found.point_b = found.point_a + found.signed_distance * n;
     consider(found);
@@ -255,11 +257,11 @@ class LooseDistance {
   bool convex_;
   double size_;
   std::optional<InnerHull> hull_a_, hull_b_;
-  PairAnswer best_;  ///< what the bodies are apart along best_.normal, never too much
-  double above_ = std::numeric_limits<double>::infinity();  ///< what the hulls are, never too little
+  PairAnswer best_;                                         ///< the separation along best_.normal, a lower bound
+  double above_ = std::numeric_limits<double>::infinity();  ///< the distance of the hulls, an upper bound
 };
 
-/// solve() of two that are not both without a rest, A at the origin.
+/// solve() for two bodies of which at least one is deformed, A at the origin.
 PairAnswer solve_loose(const NarrowPhase& narrow_phase, const PlacedShape& a, const PlacedShape& b, Request request,
                        std::vector<Contact>* contacts) {
   PairAnswer best = narrow_phase.solve(a.shape, a.pose, b.shape, b.pose, Request::distance);
@@ -273,7 +275,7 @@ PairAnswer solve_loose(const NarrowPhase& narrow_phase, const PlacedShape& a, co
   return best;
 }
 
-/// The hull of points that are transformed: corners of a box, or a convex's vertices.
+/// The hull of transformed points: the corners of a box, or a convex's vertices.
 Shape hull_of(std::vector<Vec3> vertices, const Mat3& rest) {
   for (Vec3& v : vertices) v = rest * v;
   return Shape(Convex{std::move(vertices)});
@@ -295,7 +297,7 @@ Shape triangles_of(const Shape& shape, const Mat3& rest) {
   return Triangle{{mesh.vertices[0], mesh.vertices[1], mesh.vertices[2]}};
 }
 
-/// An ellipsoid of other radii and axes.
+/// Replaces a deformed ellipsoid by one of other radii and axes.
 void take_rest(const Vec3& radii, const Mat3& rest, PlacedShape& out) {
   const Eigen::JacobiSVD<Mat3, Eigen::NoQRPreconditioner> svd(rest * radii.asDiagonal(), Eigen::ComputeFullU);
   Mat3 axes = svd.matrixU();
@@ -353,7 +355,7 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
 PairAnswer solve(const NarrowPhase& narrow_phase, const PlacedShape& a, const PlacedShape& b, Request request,
                  std::vector<Contact>* contacts) {
   if (!a.rest && !b.rest) return narrow_phase.solve(a.shape, a.pose, b.shape, b.pose, request, contacts);
-  // Far from the origin a shift by a hair would be lost.
+  // Far from the origin a small translation would be lost to rounding.
   const Vec3 origin = a.pose.translation;
   PlacedShape near_a = a, near_b = b;
   near_a.pose.translation -= origin, near_b.pose.translation -= origin;
@@ -367,11 +369,11 @@ PairAnswer solve(const NarrowPhase& narrow_phase, const PlacedShape& a, const Pl
 
 namespace {
 
-/// The shape with nearest rotation, so much larger that it holds the one with the rest.
+/// An undeformed shape with the nearest rotation, enlarged so that it contains the deformed one.
 PlacedShape outside(const PlacedShape& placed) {
   if (!placed.rest) return placed;
-  // A point is moved by no more than that, and a shape scaled about a ball that it holds reaches as much farther as the
-  // ball does.
+  // No point is moved by more than that, and scaling a shape about a ball that it contains extends it by as much as it
+  // does the ball.
   const double moved = (*placed.rest - Mat3::Identity()).norm() * placed.shape.size();
   const double scale = 1 + 1.01 * moved / core_inner_radius(view(placed.shape));
   const double radius = scale * placed.shape.radius(), length = scale * placed.shape.length();
@@ -379,7 +381,7 @@ PlacedShape outside(const PlacedShape& placed) {
   return {cone ? Shape(Cone{radius, length}) : Shape(Cylinder{radius, length}), placed.pose, {}};
 }
 
-/// Two that move, A at pose + time * velocity.
+/// Two moving bodies, A at pose + time * velocity.
 struct Meeting {
   const NarrowPhase& narrow_phase;
   const PlacedShape& a;
@@ -392,7 +394,7 @@ struct Meeting {
     return narrow_phase.time_of_impact(out_a.shape, out_a.pose, velocity_a, out_b.shape, out_b.pose, velocity_b, until);
   }
 
-  /// Both convex: conservative advancement (Mirtich 1996) from a time up to which they do not meet.
+  /// For convex shapes: conservative advancement (Mirtich 1996) from a time up to which they do not touch.
   std::optional<double> advance(double from, double until) const {
     constexpr int most_advances = 200;
     const double rounding =
@@ -423,7 +425,7 @@ std::optional<double> time_of_impact(const NarrowPhase& narrow_phase, const Plac
   if (!early || (!a.rest && !b.rest)) return early;
   if (solve(narrow_phase, a, b, Request::collide).collide) return 0.0;
   if (a.shape.is_convex() && b.shape.is_convex()) return whole.advance(*early, tmax);
-  // Triangle by triangle, those that may be met first first.
+  // Triangle by triangle, in the order of the earliest possible impact.
   const bool mesh_a = !a.shape.is_convex();
   const PlacedShape& mesh = mesh_a ? a : b;
   struct Candidate {

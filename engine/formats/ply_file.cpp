@@ -1,3 +1,4 @@
+// Reads the triangles of a PLY file.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -9,8 +10,8 @@
 #include "formats/mesh_readers.h"
 #include "formats/words.h"
 
-// Greg Turk, The PLY polygon file format, 1994: a header in words that names elements with their properties, then the
-// elements' values as text or binary.
+// Greg Turk, The PLY polygon file format, 1994: a text header names elements with their properties, then the elements'
+// values follow as text or binary.
 
 namespace tandem {
 namespace {
@@ -175,7 +176,7 @@ class BinarySource {
     if (type == Type::float64)
       (void)next<std::uint64_t>();
     else
-      (void)whole(type);  // a float has as many bytes as the whole number it is taken for
+      (void)whole(type);  // a float has as many bytes as the integer it is read as
   }
   [[noreturn]] void fail(std::string_view found, std::string_view allowed) const {
     throw InputError(file_ + ": byte " + std::to_string(at_), found, allowed);
@@ -196,7 +197,7 @@ class BinarySource {
   bool big_endian_;
 };
 
-/// The values of an element, one vertex or face of it.
+/// Reads the values of an element: one vertex or face.
 template <typename Source, typename Fail>
 void read_row(Mesh& mesh, const Element& element, std::uint64_t vertices, Source& source, const Fail& fail) {
   Vec3 v = Vec3::Zero();

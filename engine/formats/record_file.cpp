@@ -1,3 +1,4 @@
+// Writes and reads recordings, the binary files of `tandem run --record` (docs/record-format.md).
 #include "formats/record_file.h"
 
 #include <algorithm>
@@ -13,7 +14,7 @@
 namespace tandem {
 namespace {
 
-// Numbers are stored as they lie in memory.
+// Numbers are stored as they are in memory.
 static_assert(std::endian::native == std::endian::little, "records are little-endian");
 
 constexpr std::string_view format = "tandem-record";
@@ -28,7 +29,7 @@ void put(std::string& out, const T& value) {
   out.append(bytes, sizeof(T));
 }
 
-/// Gives the numbers that lie in bytes, one after the other.
+/// Reads numbers stored one after the other.
 class Numbers {
  public:
   explicit Numbers(std::string_view bytes) : bytes_(bytes) {}
@@ -51,7 +52,7 @@ bool moves(const Scene& scene, std::uint32_t index) { return scene.alive(index) 
 std::string record::header(const Scene& scene) {
   JsonWriter text;
   write_scene(text, scene);
-  // Strings escape theirs, so every line feed is one between elements, and the header is one line without them.
+  // Strings escape their line feeds, so every line feed is between elements, and without them the header is one line.
   std::string one_line = text.text();
   std::erase(one_line, '\n');
   JsonWriter header;
@@ -145,7 +146,7 @@ RecordReader::RecordReader(const std::filesystem::path& path) : file_(path) {
 std::string_view RecordReader::take(std::size_t count, std::size_t size, std::string_view what) {
   const std::uint64_t at = file_.position(), needed = std::uint64_t{count} * size;
   const std::uint64_t left = *file_.size() - std::min(*file_.size(), at);
-  // Before memory is taken for a number that a damaged file may hold.
+  // Checked before memory is allocated for a number that a damaged file may hold.
   if (needed <= left) {
     bytes_.resize(needed);
     if (file_.read(bytes_.data(), bytes_.size()) == bytes_.size()) return bytes_;

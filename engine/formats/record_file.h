@@ -1,3 +1,4 @@
+// Recordings of simulations: poses and contacts of every step (docs/record-format.md).
 #pragma once
 #include <cstdint>
 #include <filesystem>
@@ -13,13 +14,13 @@
 
 namespace tandem {
 
-/// What a contact looks like in a record: for looking at. The poses give it again exactly.
+/// A contact as a recording stores it, for display. Detection on the recorded poses gives it exactly.
 struct RecordedContact {
   std::uint32_t a, b;  ///< body indices
   float point[3], normal[3], depth;
 };
 
-/// One step: the poses that detection saw, and what it found.
+/// One step: the poses that detection used, and its contacts.
 struct RecordedStep {
   std::uint64_t step = 0;
   std::uint64_t contact_hash = 0;
@@ -27,12 +28,11 @@ struct RecordedStep {
   std::vector<RecordedContact> contacts;
 };
 
-/// The parts of a record, as docs/record-format.md describes them, for who puts one together of several writers'
-/// shares.
+/// The parts of a recording (docs/record-format.md), for programs in which several writers each write a share.
 namespace record {
 constexpr std::size_t step_head_bytes = 28, pose_bytes = 100, contact_bytes = 36;
 
-/// One line.
+/// The header, one line.
 std::string header(const Scene& scene);
 void append_step_head(std::string& out, std::uint64_t step, std::uint64_t contact_hash, std::uint32_t moving,
                       std::uint32_t contacts);
@@ -40,36 +40,36 @@ void append_pose(std::string& out, std::uint32_t index, const Pose& pose);
 void append_contact(std::string& out, std::uint32_t a, std::uint32_t b, const Contact& contact);
 }  // namespace record
 
-/// Writes a record, as docs/record-format.md describes it.
+/// Writes a recording (docs/record-format.md).
 class RecordWriter {
  public:
   RecordWriter(OutputFile& file, const Scene& scene);
-  /// The scene as detection saw it, with the bodies that it had when the record began. Throws OutputError, and
-  /// std::invalid_argument for other bodies and for contacts that are not the scene's.
+  /// Writes a step: the scene as detection saw it, with the bodies that it had when the recording began. Throws
+  /// OutputError, and std::invalid_argument if the bodies are others or the contacts are not the scene's.
   void step(std::uint64_t step, std::uint64_t contact_hash, const Scene& scene, const ContactList& contacts);
 
  private:
   void require_bodies(const Scene& scene) const;
 
   OutputFile& file_;
-  std::vector<BodyId> bodies_;            // by their numbers in the record
+  std::vector<BodyId> bodies_;            // by their numbers in the recording
   std::vector<std::uint32_t> number_of_;  // of a body's index
   std::string block_;
 };
 
-/// Reads a record step by step; in memory is one step.
+/// Reads a recording step by step; one step is in memory.
 class RecordReader {
  public:
-  /// Throws InputError "FILE: ..." for a file that is missing, no record or cut off; so does `next`, with the byte. A
-  /// pipe is refused: who reads records reads them twice.
+  /// Throws InputError "FILE: ..." for a file that is missing, not a recording or truncated; so does `next`, with the
+  /// byte. A pipe is refused, since recordings are read twice.
   explicit RecordReader(const std::filesystem::path& path);
-  /// As it was before the first step.
+  /// The scene before the first step.
   const Scene& scene() const { return scene_; }
-  /// False at the end.
+  /// Reads the next step; false at the end.
   bool next(RecordedStep& step);
 
  private:
-  /// The next bytes, as many as `count` numbers of this size take.
+  /// The next bytes: `count` numbers of this size.
   std::string_view take(std::size_t count, std::size_t size, std::string_view what);
 
   InputFile file_;

@@ -1,3 +1,4 @@
+// Reads and writes scene files.
 #include "tandem/formats/scene_file.h"
 
 #include <nlohmann/json.hpp>

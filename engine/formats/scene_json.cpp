@@ -1,3 +1,4 @@
+// Scenes as JSON (docs/scene-format.md).
 #include "formats/scene_json.h"
 
 #include <cmath>
@@ -12,7 +13,7 @@
 namespace tandem {
 namespace {
 
-// What a file may say so that a simulation's numbers stay numbers: m/s (and rad/s, m/s^2), kg/m^3.
+// Limits on numbers in files, so that a simulation's numbers remain finite: m/s (also rad/s and m/s^2), kg/m^3.
 constexpr double fastest = 1e9;
 constexpr double densest = 1e15;
 
@@ -56,7 +57,7 @@ void require_readable(const std::string& field, const Vec3& v) {
     require_readable(field + "[" + std::to_string(i) + "]", v[i], std::abs(v[i]) <= fastest, "at most 1e9 in size");
 }
 
-/// What is written can be read again.
+/// Throws unless the written scene could be read again.
 void require_readable(const Scene& scene) {
   require_readable("gravity", scene.gravity);
   require_readable("dt", scene.dt, scene.dt > 0 && scene.dt <= tolerance::longest_time_step, "> 0, at most 1000 s");

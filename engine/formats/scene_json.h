@@ -1,3 +1,4 @@
+// Scenes as JSON (docs/scene-format.md).
 #pragma once
 #include <optional>
 #include <string_view>
@@ -14,7 +15,7 @@ Scene read_scene(const JsonRef& json, ShapeReader& shapes);
 /// the same contacts, bit for bit, unless a body was removed from it (the indices then move up).
 void write_scene(JsonWriter& out, const Scene& scene);
 
-/// The name that `value` has, among `values`; empty if none does.
+/// The name of `value` among `values`; empty if it is not among them.
 template <typename Enum, std::size_t n>
 std::optional<Enum> by_name(std::string_view text, const Enum (&values)[n]) {
   for (const Enum value : values)

@@ -1,3 +1,4 @@
+// Shapes and poses as JSON (docs/scene-format.md).
 #include "formats/shape_json.h"
 
 #include <array>
@@ -10,7 +11,7 @@
 namespace tandem {
 namespace {
 
-// A shape's own checks know nothing of the document; this says where in it they failed.
+// Makes a shape; an error of the shape's own checks, which do not know the document, is given its place there.
 template <typename Parameters>
 Shape make_shape(const JsonRef& json, Parameters&& parameters) {
   try {
@@ -70,7 +71,7 @@ void write_mesh(JsonWriter& out, const Shape& shape) {
 
 using ReadMesh = std::function<Shape(const JsonRef& json)>;
 
-/// How a kind stands in JSON, beside its rounding.
+/// The JSON form of a kind, without its rounding.
 struct JsonKind {
   ShapeKind kind;
   Shape (*read)(const JsonRef& json, const ReadMesh& read_mesh);
@@ -177,7 +178,7 @@ Shape ShapeReader::mesh(const JsonRef& json) {
       path = folder / file->text();
       break;
     }
-    // One file may be named in many ways.
+    // A file may have many names: compare its canonical path.
     std::error_code unknown;
     const std::filesystem::path one_name = std::filesystem::weakly_canonical(path, unknown);
     const std::pair key((unknown ? path : one_name).string(), solid);

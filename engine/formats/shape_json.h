@@ -1,3 +1,4 @@
+// Shapes and poses as JSON (docs/scene-format.md).
 #pragma once
 #include <filesystem>
 #include <map>
@@ -10,13 +11,13 @@
 
 namespace tandem {
 
-/// Reads shapes; a mesh file that several of them name is read once.
+/// Reads shapes; a mesh file that several shapes name is read once.
 class ShapeReader {
  public:
-  /// A mesh's `file` is relative to the first of these folders that has it.
+  /// `folders`: a mesh's `file` is relative to the first of these that has it.
   explicit ShapeReader(std::vector<std::filesystem::path> folders = {"."}) : folders_(std::move(folders)) {}
 
-  /// Throws InputError that names the JSON pointer, the value found and what is allowed.
+  /// Reads a shape. Throws InputError that names the JSON pointer, the value found and what is allowed.
   Shape read(const JsonRef& json);
 
  private:
@@ -27,13 +28,13 @@ class ShapeReader {
   std::map<std::pair<std::string, bool>, Shape> mesh_files_;  // by path and `solid`
 };
 
-/// `t` is required; of `R` and `q` at most one, without either the rotation is none.
+/// Reads a pose: `t` is required, at most one of `R` and `q`; without either the rotation is the identity.
 Pose read_pose(const JsonRef& json);
 
 /// Throws InputError "WHERE: ..." for a pose that shapes cannot have.
 void require_valid_pose(const Pose& pose, std::string_view where);
 
-/// What `read` and `read_pose` read back as the same shape and the same bits. Meshes are written out, not named.
+/// Writes a shape or pose that `read` or `read_pose` reads back with the same bits. Meshes are written out, not named.
 void write_shape(JsonWriter& out, const Shape& shape);
 void write_pose(JsonWriter& out, const Pose& pose);
 

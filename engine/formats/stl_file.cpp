@@ -1,3 +1,4 @@
+// Reads the triangles of an STL file, text or binary.
 #include <array>
 #include <string>
 
@@ -19,7 +20,7 @@ Mesh read_ascii_stl(const std::string& file, std::string_view text) {
     words.next_line();  // the rest of this line is the solid's name
     for (word = words.next(); word == "facet"; word = words.next()) {
       words.expect("normal");
-      for (int i = 0; i < 3; ++i) words.next();  // often wrong; the corners' order says it
+      for (int i = 0; i < 3; ++i) words.next();  // the normal is often wrong; the order of the corners gives it
       words.expect("outer");
       words.expect("loop");
       std::array<std::uint32_t, 3> triangle;
@@ -56,7 +57,7 @@ Mesh read_binary_stl(const std::string& file, std::string_view data) {
   mesh.triangles.resize(facets);
   for (std::size_t i = 0; i < facets; ++i) {
     for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t at = stl_start + stl_facet * i + 12 + 12 * k;  // behind the facet's normal
+      const std::size_t at = stl_start + stl_facet * i + 12 + 12 * k;  // after the facet's normal
       Vec3 v;
       for (std::size_t axis = 0; axis < 3; ++axis)
         v[static_cast<Eigen::Index>(axis)] = little_endian<float>(data.data() + at + 4 * axis);
@@ -70,7 +71,7 @@ Mesh read_binary_stl(const std::string& file, std::string_view data) {
 }  // namespace
 
 Mesh read_stl(const std::string& file, std::string_view data) {
-  // Binary files may begin with "solid" too; the length they announce tells.
+  // Binary files may begin with "solid" too; their length shows the difference.
   const bool long_enough = data.size() >= stl_start;
   const bool fits =
       long_enough &&

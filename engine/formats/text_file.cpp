@@ -1,3 +1,4 @@
+// Input files, read in order and with limits.
 #include "formats/text_file.h"
 
 #include <fcntl.h>
@@ -19,7 +20,7 @@ constexpr std::size_t buffer_bytes = std::size_t{1} << 16;
 std::string in_mebibytes(std::uint64_t bytes) { return std::to_string(bytes / limits::mebibyte) + " MiB"; }
 
 InputFile::InputFile(const std::filesystem::path& path) : name_(path.string()), descriptor_(-1), owned_(true) {
-  // What is behind a zero byte the system would not see.
+  // The system would ignore the rest of the name after a zero byte.
   if (name_.find('\0') != std::string::npos) throw InputError(name_, "a zero byte", "a name without one");
   descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0) throw InputError(name_, std::strerror(errno), "a file that can be read");
@@ -44,7 +45,7 @@ void InputFile::inspect() {
   struct ::stat about {};
   if (::fstat(descriptor_, &about) != 0) throw InputError(name_, std::strerror(errno), "a file that can be read");
   if (S_ISDIR(about.st_mode)) throw InputError(name_, "a directory", "a file");
-  // Files of /proc are regular and say 0.
+  // Files of /proc are regular with size 0.
   if (S_ISREG(about.st_mode) && about.st_size > 0) size_ = static_cast<std::uint64_t>(about.st_size);
   buffer_.resize(buffer_bytes);
 }

@@ -1,3 +1,4 @@
+// Splits the text of mesh files into words and numbers.
 #include "formats/words.h"
 
 #include <charconv>
@@ -9,7 +10,7 @@ namespace {
 
 bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\v' || c == '\f'; }
 
-/// Without a plus, which std::from_chars does not take.
+/// Removes a plus sign, which std::from_chars does not accept.
 std::string_view digits_of(std::string_view word) {
   if (word.size() > 1 && word[0] == '+' && word[1] != '-') word.remove_prefix(1);
   return word;
@@ -82,7 +83,7 @@ double Words::coordinate(std::string_view word) const {
   const std::string_view digits = digits_of(word);
   double x = 0;
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), x);
-  // Too small for a double is zero for every purpose here.
+  // A number too small for a double is read as zero.
   const bool tiny =
       error == std::errc::result_out_of_range && std::abs(std::strtod(std::string(digits).c_str(), nullptr)) < 1;
   if (tiny) return 0;

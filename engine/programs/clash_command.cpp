@@ -1,3 +1,4 @@
+// The command `tandem clash`.
 #include <tbb/global_control.h>
 #include <tbb/info.h>
 #include <tbb/task_arena.h>
@@ -30,7 +31,7 @@ struct Options {
   bool json = false;
 };
 
-// Folders stand for the mesh files in them, by name.
+// The files given, with folders replaced by the mesh files in them, by name.
 std::vector<std::filesystem::path> listed(const std::vector<std::string>& given) {
   std::vector<std::filesystem::path> out;
   for (const std::string& name : given) {
@@ -82,7 +83,7 @@ std::vector<Clash> found(const std::vector<Part>& parts, double clearance, const
   return out;
 }
 
-// File names where they tell the parts apart, else whole paths.
+// File names where they are unique, else whole paths.
 std::vector<std::string> short_names(const std::vector<Part>& parts) {
   std::vector<std::string> names, sorted;
   for (const Part& part : parts) names.push_back(std::filesystem::path(part.file).filename().string());

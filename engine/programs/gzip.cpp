@@ -1,3 +1,4 @@
+// Compression of files whose names end in .gz.
 #include "gzip.h"
 
 #include <zlib.h>
@@ -10,7 +11,7 @@
 namespace tandem {
 namespace {
 
-constexpr int gzip_format = 16 + MAX_WBITS;  // zlib's way to ask for it
+constexpr int gzip_format = 16 + MAX_WBITS;  // zlib's convention to request the gzip format
 
 z_stream stream_over(std::string_view bytes) {
   if (bytes.size() > std::numeric_limits<uInt>::max()) throw std::runtime_error("gzip: more than 4 GiB");
@@ -20,7 +21,7 @@ z_stream stream_over(std::string_view bytes) {
   return stream;
 }
 
-// Fills `out` by blocks until the work says that it is over; returns its last word.
+// Fills `out` block by block until the work returns its end or an error; returns that.
 template <class Work>
 int drained(z_stream& stream, std::string& out, std::size_t most, Work&& work) {
   int word = Z_OK;
@@ -31,7 +32,7 @@ int drained(z_stream& stream, std::string& out, std::size_t most, Work&& work) {
     stream.avail_out = 1u << 20;
     word = work();
     out.resize(out.size() - stream.avail_out);
-    if (word == Z_OK && out.size() == before) return Z_DATA_ERROR;  // it was cut off
+    if (word == Z_OK && out.size() == before) return Z_DATA_ERROR;  // the data is truncated
   }
   return word;
 }

@@ -1,3 +1,4 @@
+// Compression of files whose names end in .gz.
 #pragma once
 #include <cstddef>
 #include <string>
@@ -5,11 +6,11 @@
 
 namespace tandem {
 
-/// As a .gz file has it.
+/// The bytes in gzip format (RFC 1952).
 std::string gzipped(std::string_view bytes);
-/// Whether it begins as such a file does.
+/// True if the bytes begin like a gzip file.
 bool is_gzipped(std::string_view bytes);
-/// What such a file holds. Throws InputError for one that is damaged, or of more than `most` bytes.
+/// The contents of a gzip file. Throws InputError if it is damaged, or has more than `most` bytes.
 std::string gunzipped(std::string_view bytes, std::size_t most);
 
 }  // namespace tandem

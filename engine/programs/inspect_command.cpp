@@ -1,4 +1,4 @@
-// tandem inspect: what is wrong with mesh files, with places.
+// The command `tandem inspect`: the faults of mesh files, with their places.
 #include <memory>
 #include <sstream>
 
@@ -17,7 +17,7 @@ struct Options {
   bool json = false;
 };
 
-// Faults in words, one a line, and as members of JSON objects.
+// Faults as text, one a line, and as members of JSON objects.
 
 std::string text(const Vec3& v) {
   std::ostringstream out;

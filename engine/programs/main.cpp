@@ -1,3 +1,4 @@
+// The program `tandem`: its commands, errors and exit status.
 #include <fcntl.h>
 
 #include <algorithm>
@@ -16,7 +17,8 @@ namespace {
 
 enum Status { done = 0, work_failed = 1, request_wrong = 2 };
 
-// A descriptor that is closed would be given to the first file opened, which then receives what is meant for stdout.
+// A closed standard descriptor would be given to the first file opened, which would then receive what is meant for
+// stdout.
 void occupy_standard_descriptors() {
   for (int descriptor = 0; descriptor <= 2; ++descriptor)
     if (::fcntl(descriptor, F_GETFD) == -1 && ::open("/dev/null", O_RDONLY) != descriptor) return;
@@ -27,7 +29,7 @@ int complain(std::string_view what, Status status) {
   return status;
 }
 
-/// What was not expected, and what the command would take.
+/// Throws with the unexpected arguments and those that the command takes.
 [[noreturn]] void refuse_extras(const CLI::App& program) {
   const auto used = program.get_subcommands();
   const CLI::App& command = used.empty() ? program : *used.front();
@@ -76,7 +78,7 @@ int run_program(int count, char** arguments) {
 int main(int count, char** arguments) {
   using namespace tandem;
   occupy_standard_descriptors();
-  std::signal(SIGXFSZ, SIG_IGN);  // a file that grows too large fails to be written, as on a full disk
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that exceeds the limit then fails as on a full disk
   std::signal(SIGPIPE, SIG_IGN);  // a write then fails, and temporary files are removed
   try {
     return run_program(count, arguments);

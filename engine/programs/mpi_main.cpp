@@ -1,4 +1,4 @@
-// The program tandem-mpi: `tandem run` on the ranks of MPI. Rank 0 writes; all others are silent but for a failure.
+// The program tandem-mpi: `tandem run` on the ranks of MPI. Rank 0 writes; the others are silent except for failures.
 #include <mpi.h>
 #include <unistd.h>
 
@@ -30,15 +30,15 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-// As typed; empty: not given.
+// The options as typed; empty: not given.
 struct Options : RunOptions {
   std::string rebalance = "on", response = "all", patience = "0", checkpoint, every = "100", restart;
 };
 
-// For the line that a fatal signal's handler writes.
+// For the message of a fatal signal's handler.
 volatile std::sig_atomic_t rank_now = 0, step_now = 0;
 
-// What kills a rank by its own fault is told before it ends; only calls that a handler may make.
+// Reports the signal that ends a rank; uses only calls permitted in a signal handler.
 void tell_signal(int signal) {
   char text[96];
   std::size_t length = 0;
@@ -76,8 +76,8 @@ mpi::Options pipeline_options(const Options& options) {
   return out;
 }
 
-// Bodies are named by their indices in the scene, each added by one rank; the first step takes them to their owners.
-// Each rank adds a stretch of them, as scenes name neighbours by near indices.
+// Adds the scene's bodies, with their indices as ids, each by one rank; the first step sends them to their owners. Each
+// rank adds a range of indices, as neighbours in a scene have near indices.
 void add_bodies(mpi::Pipeline& pipeline, const Scene& scene, bool bodies) {
   for (std::uint32_t k = 0; k < scene.shapes().size(); ++k)
     pipeline.add_shape(scene.shapes()[k], std::string(scene.shape_name(k)));
@@ -100,12 +100,12 @@ void add_bodies(mpi::Pipeline& pipeline, const Scene& scene, bool bodies) {
                           .mask = scene.masks()[i]});
 }
 
-// What one rank has to tell beyond what all know.
+// The measurements of one rank that the others do not know.
 struct RankNumbers {
   double owned = 0, copies = 0, detect_cpu_ms = 0, exchange_cpu_ms = 0;
 };
 
-// On rank 0: of all ranks.
+// The measurements of all ranks, on rank 0.
 std::vector<RankNumbers> gathered(const mpi::RankReport& report, int ranks) {
   const RankNumbers own{static_cast<double>(report.owned), static_cast<double>(report.copies), report.detect_cpu_ms,
                         report.exchange_cpu_ms};
@@ -142,7 +142,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
       .member("split", std::string_view(written(execution.split)))
       .member("max_depth", report.max_depth)
       .member("kinetic_energy", response.response.kinetic_energy);
-  // Times of rank 0, but for the loads; so is what the response sends.
+  // Times of rank 0, except for the loads; also the traffic of the response.
   out.key("ms")
       .begin_object()
       .member("exchange", report.rank.exchange_ms)
@@ -186,7 +186,7 @@ void write_step(JsonWriter& out, const Options& options, const mpi::Report& repo
   out.end_object();
 }
 
-// What the table at the end is made from; of rank 0 but for what all ranks know.
+// Collects the data of the table at the end; rank 0's, and what all ranks know.
 class Summary {
  public:
   void add(const mpi::Report& report, double response_ms) {
@@ -226,7 +226,7 @@ class Summary {
   mpi::Report last_;
 };
 
-// Rank 0's files; the others have none.
+// The output files, on rank 0; the others have none.
 struct Outputs : RunFiles {
   Outputs(const Options& options, int rank) {
     std::string fault;
@@ -238,12 +238,12 @@ struct Outputs : RunFiles {
     } catch (const std::exception& error) {
       fault = error.what();
     }
-    std::array<char, 512> text{};  // rank 0's: all end alike
+    std::array<char, 512> text{};  // of rank 0: all ranks end alike
     std::copy_n(fault.begin(), std::min(fault.size(), text.size() - 1), text.begin());
     MPI_Bcast(text.data(), static_cast<int>(text.size()), MPI_CHAR, 0, MPI_COMM_WORLD);
     if (text[0] != 0) throw RequestError(text.data());
   }
-  // By all ranks.
+  // Writes the contacts of a step; called by all ranks.
   void write_contacts_of(const mpi::Pipeline& pipeline, std::uint64_t step, bool gaps) {
     const mpi::GatheredContacts all = pipeline.gather(0);
     if (!contacts) return;
@@ -256,7 +256,7 @@ struct Outputs : RunFiles {
   void commit() { commit_all({&json, &contacts, &trace}); }
 };
 
-// As a run does that goes on from a checkpoint.
+// Begins anew as a run does that continues from a checkpoint.
 void begin_anew(mpi::Pipeline& pipeline, std::optional<mpi::Response>& response) {
   pipeline.begin_anew();
   if (response) response->begin_anew();
@@ -274,7 +274,7 @@ void run(const Options& options) {
   Outputs outputs(options, pipeline.rank());
   std::optional<RankRecord> record;
   if (!options.record.empty()) record.emplace(MPI_COMM_WORLD, options.record, scene);
-  scene = Scene();  // each rank keeps its own bodies alone
+  scene = Scene();  // each rank keeps only its own bodies
   if (!options.restart.empty()) mpi::Checkpoint::read(pipeline, options.restart);
   std::optional<mpi::Response> response;
   if (options.response == "all")
@@ -365,7 +365,7 @@ int run_program(int count, char** arguments, int rank) {
   return done;
 }
 
-// Every rank comes here with the same error, but where memory went short.
+// Prints an error. All ranks get here with the same error, except where memory runs out.
 int complain(const char* what, int rank, Status status) {
   if (rank == 0) std::cerr << "tandem-mpi: " << what << std::endl;
   return status;
@@ -389,7 +389,7 @@ int main(int count, char** arguments) {
   } catch (const mpi::StepError& error) {
     status = complain(error.what(), rank, work_failed);
   } catch (const std::exception& error) {
-    // The others may wait for this rank.
+    // The others may be waiting for this rank.
     std::cerr << "tandem-mpi: rank " << rank << ", step " << step_now << ": " << error.what() << std::endl;
     MPI_Abort(MPI_COMM_WORLD, work_failed);
   }

@@ -1,3 +1,4 @@
+// Reads the values of command line options.
 #include "option_text.h"
 
 #include <charconv>

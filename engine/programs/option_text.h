@@ -1,3 +1,4 @@
+// Values of command line options, checked.
 #pragma once
 #include <cstdint>
 #include <optional>
@@ -7,7 +8,7 @@
 
 namespace tandem {
 
-/// A request that is wrong: one line that names the option, the value found and what is allowed. Exit status 2.
+/// A wrong request: one line that names the option, the value found and what is allowed. Exit status 2.
 class RequestError : public std::invalid_argument {
  public:
   using std::invalid_argument::invalid_argument;
@@ -15,13 +16,13 @@ class RequestError : public std::invalid_argument {
 
 [[noreturn]] void refuse_option(std::string_view option, std::string_view found, std::string_view allowed);
 
-/// The whole number in [least, most] that the text says. Throws RequestError.
+/// The text as an integer in [least, most]. Throws RequestError.
 std::uint64_t whole_option(std::string_view option, std::string_view text, std::uint64_t least, std::uint64_t most);
 
-/// The number in [least, most] that the text says; finite.
+/// The text as a finite number in [least, most]. Throws RequestError.
 double number_option(std::string_view option, std::string_view text, double least, double most);
 
-/// The value whose name(...) the text is.
+/// The value whose name(...) is the text.
 template <typename Enum, std::size_t n>
 Enum named_option(std::string_view option, std::string_view text, const Enum (&values)[n]) {
   std::string list;

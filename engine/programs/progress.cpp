@@ -1,3 +1,4 @@
+// A progress bar on the terminal.
 #include "progress.h"
 
 #include <unistd.h>

@@ -1,3 +1,4 @@
+// A progress bar on the terminal.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -5,10 +6,10 @@
 
 namespace tandem {
 
-/// A bar on stderr that overwrites itself, when stderr is a terminal; else nothing. Gone when it ends.
+/// A progress bar on stderr, if stderr is a terminal; it overwrites itself and disappears at the end.
 class Progress {
  public:
-  /// `total` 0: the amount is not known, and there is no bar.
+  /// `total` 0: the amount is unknown, and there is no bar.
   Progress(std::string_view what, std::uint64_t total);
   ~Progress();
   Progress(const Progress&) = delete;

@@ -1,3 +1,4 @@
+// The command `tandem query`.
 #include <unistd.h>
 
 #include <memory>
@@ -32,11 +33,11 @@ std::vector<fs::path> mesh_folders(const Options& options) {
 }
 
 int answer_all(InputFile& in, const Options& options, const QueryOptions& query, DescriptorBuffer& out) {
-  const bool live = options.file == "-";  // whoever writes the records may wait for the answer
+  const bool live = options.file == "-";  // the writer of the records may be waiting for the answer
   ShapeReader shapes(mesh_folders(options));
   Progress progress("query", in.size().value_or(0));
   bool all_good = true;
-  std::size_t others = 0;  // lines in succession that are no records
+  std::size_t others = 0;  // consecutive lines that are no records
   std::string line;
   for (std::size_t number = 1;; ++number) {
     const InputFile::Line found = in.line(line);

@@ -1,3 +1,4 @@
+// Recordings of runs on ranks, written in parallel by MPI-IO.
 #include "rank_record.h"
 
 #include <algorithm>
@@ -21,7 +22,7 @@ std::uint32_t index_at(const std::string& poses, std::size_t at) {
   return index;
 }
 
-/// Poses in the order of their indices.
+/// The poses in the order of their indices.
 std::string sorted(const std::string& poses) {
   std::vector<std::size_t> places(poses.size() / record::pose_bytes);
   for (std::size_t k = 0; k < places.size(); ++k) places[k] = k * record::pose_bytes;
@@ -48,7 +49,7 @@ RankRecord::RankRecord(MPI_Comm communicator, const std::string& path)
   MPI_Comm_size(communicator_, &ranks_);
 }
 
-// What throws here leaves it to the destructor, by all ranks, to close the file.
+// After an exception here, the destructor closes the file on all ranks.
 RankRecord::RankRecord(MPI_Comm communicator, const std::string& path, const Scene& scene)
     : RankRecord(communicator, path) {
   const std::string header = record::header(scene);
@@ -86,8 +87,8 @@ void RankRecord::write(std::uint64_t place, const std::string& bytes) {
                               MPI_STATUS_IGNORE) == MPI_SUCCESS;
 }
 
-/// Whether this rank's bodies are the scene's, which those of a checkpoint need not be, and poses that it sends and
-/// gets can be counted in int, as MPI does.
+/// True if this rank's bodies are the scene's, which those of a checkpoint need not be, and the number of poses that it
+/// sends and receives fits MPI's int.
 bool RankRecord::can_write(const mpi::Pipeline& pipeline) const {
   const Scene& scene = pipeline.scene();
   std::uint64_t owned = 0;
@@ -99,7 +100,7 @@ bool RankRecord::can_write(const mpi::Pipeline& pipeline) const {
   return std::max<std::uint64_t>(owned, ids_a_rank_) * record::pose_bytes <= std::uint64_t{INT_MAX};
 }
 
-/// The poses of the bodies of this rank's range of ids that are not static, from their owners.
+/// The poses of the bodies, other than static ones, in this rank's range of ids, collected from their owners.
 std::string RankRecord::poses(const mpi::Pipeline& pipeline) const {
   const Scene& scene = pipeline.scene();
   std::vector<std::string> own(static_cast<std::size_t>(ranks_));

@@ -1,3 +1,4 @@
+// Timelines of runs on ranks.
 #include "rank_trace.h"
 
 #include <nlohmann/json.hpp>
@@ -16,7 +17,7 @@ MPI_Comm together(MPI_Comm communicator) {
   return communicator;
 }
 
-/// The events of a timeline, which is one of one process, as those of a rank; separated by commas.
+/// The events of a rank's timeline, changed from one process to this rank, separated by commas.
 std::string events_of(const Timeline& timeline, int rank) {
   std::ostringstream text;
   timeline.write(text);

@@ -1,4 +1,4 @@
-// The timeline of a run on ranks: one file with a process a rank.
+// The timeline of a run on ranks: one file, in which each rank is a process.
 #pragma once
 #include <mpi.h>
 
@@ -10,17 +10,17 @@
 
 namespace tandem {
 
-/// Records the steps of all ranks until they have as many slices as a viewer opens with ease. All calls are collective.
+/// Records the steps of all ranks, up to the number of slices that a viewer opens easily. All calls are collective.
 class RankTrace {
  public:
-  /// All ranks begin to count time here: a barrier is what sets their clocks.
+  /// Begins to count time on all ranks, synchronised by a barrier.
   RankTrace(MPI_Comm communicator, mpi::Pipeline& pipeline);
 
-  /// After each step.
+  /// Records a step, after it.
   void record(mpi::Pipeline& pipeline);
   std::uint64_t steps() const { return steps_; }
   bool is_full() const { return full_; }
-  /// `file` of rank 0, null on the others; compressed if the path ends in .gz.
+  /// Writes the file; `file`: that of rank 0, null on the others; compressed if the path ends in .gz.
   void write(OutputFile* file, const std::string& path) const;
 
  private:

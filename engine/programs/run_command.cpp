@@ -1,3 +1,4 @@
+// The command `tandem run`.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -21,16 +22,16 @@
 namespace tandem {
 namespace {
 
-// As typed.
+// The options as typed.
 struct Options : RunOptions {
   std::string split = "dynamic", balance = "busy", awake = "0";
   bool strict = false;
 };
 
-// A signal is the one thing that reaches a handler by no other way.
+// A signal handler can only communicate through a global variable.
 volatile std::sig_atomic_t interrupted = 0;
 
-// While it lives, an interrupt ends the run between two steps, so that no temporary file stays behind.
+// While it lives, an interrupt ends the run between two steps, so that no temporary file is left.
 class InterruptGuard {
  public:
   InterruptGuard() {
@@ -93,7 +94,7 @@ PipelineOptions pipeline_options(const Options& options) {
 struct IssueName {
   StepIssue issue;
   std::string_view name;
-  std::string_view advice;  // what to change; empty where nothing is to be
+  std::string_view advice;  // what to change; empty where nothing need be
 };
 constexpr IssueName issue_names[] = {
     {StepIssue::inexact, "inexact",
@@ -124,7 +125,7 @@ void write_times(JsonWriter& out, const ExecutionReport& execution, const StepTi
       .end_object();
 }
 
-/// What no second thread could take a part of, and its share in all work (Amdahl).
+/// Writes the serial time, during which a second thread could do nothing, and its fraction of all work (Amdahl).
 void write_serial(JsonWriter& out, const ExecutionReport& execution, const ResponseReport& response) {
   const SerialTimes& serial = execution.serial;
   out.key("serial")
@@ -208,7 +209,7 @@ void write_step(JsonWriter& out, const PipelineOptions& options, const StepRepor
   out.end_object();
 }
 
-// The files of a run; all are opened before the first step, and get their names when the last is done.
+// The files of a run: opened before the first step, renamed to their names after the last.
 struct Outputs : RunFiles {
   std::optional<OutputFile> record;
 
@@ -220,7 +221,7 @@ struct Outputs : RunFiles {
   void commit() { commit_all({&json, &contacts, &trace, &record}); }
 };
 
-// What the table at the end is made from.
+// Collects the data of the table at the end.
 class Summary {
  public:
   void add(const StepReport& report, const StepTimes& times) {
@@ -258,7 +259,7 @@ class Summary {
         << median(step_);
     if (options.stay_awake > 0) out << ", awake " << median(awake_);
     out << '\n';
-    // What is normal is told by --json alone.
+    // Normal conditions are reported by --json alone.
     for (std::size_t i = 0; i < std::size(issue_names); ++i)
       if (issues_[i] > 0 && !issue_names[i].advice.empty())
         out << "warning          " << issue_names[i].name << " in " << issues_[i] << " steps: " << issue_names[i].advice
@@ -272,7 +273,7 @@ class Summary {
   StepReport last_;
 };
 
-constexpr std::size_t most_slices = 200'000;  // of a timeline: some 40 MB, as much as a viewer opens with ease
+constexpr std::size_t most_slices = 200'000;  // of a timeline: some 40 MB, as much as a viewer opens easily
 
 void write_trace(const Timeline& timeline, OutputFile& file, std::string_view path) {
   if (!path.ends_with(".gz")) return timeline.write(file.stream());
@@ -281,7 +282,7 @@ void write_trace(const Timeline& timeline, OutputFile& file, std::string_view pa
   file.append(gzipped(text.view()));
 }
 
-/// Steps a scene and writes what was asked for.
+/// Runs the steps of a scene and writes the requested output.
 class Simulation {
  public:
   Simulation(const Options& options, const PipelineOptions& how, Scene& scene, Outputs& outputs)
@@ -307,7 +308,7 @@ class Simulation {
 
   const Summary& summary() const { return summary_; }
   const Timeline& timeline() const { return timeline_; }
-  /// Steps in the timeline.
+  /// The number of steps in the timeline.
   std::uint64_t traced() const { return traced_; }
 
  private:

@@ -1,3 +1,4 @@
+// Options that `tandem run` and `tandem-mpi` have in common.
 #include "run_options.h"
 
 #include <oneapi/tbb/info.h>
@@ -64,7 +65,8 @@ Scene load_scene(const RunOptions& options, AnswerOptions& answer) {
   if (request) scene.request = *request;
   answer.request = scene.request;
   const bool contacts = scene.request == Request::contacts;
-  // A response stops bodies in time by the gaps it is told of; they are written only where they were asked for.
+  // A response needs contacts of negative depth to stop bodies in time; they are written only where they were asked
+  // for.
   if (options.margin.empty() && contacts) answer.margin = recommended_margin(scene);
   if (!options.contacts.empty() && !contacts)
     refuse_option("--contacts", options.contacts,

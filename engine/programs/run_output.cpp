@@ -1,3 +1,4 @@
+// Output that `tandem run` and `tandem-mpi run` have in common.
 #include "run_output.h"
 
 #include <algorithm>

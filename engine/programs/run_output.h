@@ -1,4 +1,4 @@
-// What `tandem run` and `tandem-mpi run` write alike: lines of JSON, contacts, medians, hashes as text.
+// Output that `tandem run` and `tandem-mpi run` have in common: lines of JSON, contacts, medians, hashes as text.
 #pragma once
 #include <chrono>
 #include <cstdint>
@@ -14,22 +14,22 @@
 
 namespace tandem {
 
-/// Sixteen digits.
+/// A hash as sixteen hexadecimal digits.
 std::string hex(std::uint64_t x);
 
-/// X-Y, as --split takes it.
+/// A split as X-Y, the form that --split reads.
 std::string written(Split split);
 
-/// The upper one of two; of one value at least.
+/// The median, of an even number the upper one; needs at least one value.
 double median(std::vector<double> values);
 
 double ms_since(std::chrono::steady_clock::time_point begin);
 
-/// A contact of bodies a and b as an object of --contacts.
+/// Writes a contact of bodies a and b as an object of --contacts.
 void write_contact(JsonWriter& out, std::uint64_t a, std::uint64_t b, const Contact& contact);
 
-/// A line of --contacts: of a step all contacts, gaps among them only where they are asked for. `contacts_of` names
-/// those of a pair, which has bodies a and b.
+/// Writes a line of --contacts: all contacts of a step, those of negative depth only where asked for. `contacts_of`
+/// returns those of a pair, which has bodies a and b.
 template <class Pairs, class ContactsOf>
 void write_contacts(JsonWriter& out, std::uint64_t step, const Pairs& pairs, bool gaps, ContactsOf&& contacts_of) {
   out.begin_object().member("step", step).key("contacts").begin_array();
@@ -39,10 +39,10 @@ void write_contacts(JsonWriter& out, std::uint64_t step, const Pairs& pairs, boo
   out.end_array().end_object();
 }
 
-/// Appends what was written and a line's end, and empties the writer.
+/// Appends the writer's text and a line end, and empties the writer.
 void append_line(OutputFile& file, JsonWriter& line);
 
-/// Those that are there get their names, all or none: the first when the last is known to be complete.
+/// Renames the files that exist to their names, all or none: the first only when the last is complete.
 void commit_all(std::initializer_list<std::optional<OutputFile>*> files);
 
 }  // namespace tandem

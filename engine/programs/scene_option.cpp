@@ -1,3 +1,4 @@
+// The scene that a command line names.
 #include "scene_option.h"
 
 #include <algorithm>

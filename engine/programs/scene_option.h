@@ -1,3 +1,4 @@
+// The scene that a command line names.
 #pragma once
 #include <string>
 

@@ -1,3 +1,4 @@
+// The command `tandem scenes`.
 #include <memory>
 #include <sstream>
 

@@ -1,3 +1,4 @@
+// The list of solvers of `tandem query --list-solvers`.
 #include "solver_list.h"
 
 #include <algorithm>
@@ -13,10 +14,10 @@ namespace {
 
 constexpr std::array requests = {Request::collide, Request::distance, Request::contacts};
 
-/// The kinds that are answered alike with one kind.
+/// The kinds that have the same solvers with a given kind.
 struct Partners {
   std::string names;
-  std::array<std::string, requests.size()> answers;  ///< by request: the solver and how sure it is
+  std::array<std::string, requests.size()> answers;  ///< by request: the solver and its accuracy
 };
 
 std::vector<Partners> partners_of(const NarrowPhase& narrow_phase, ShapeKind a) {

@@ -1,4 +1,5 @@
-// What `tandem query --list-solvers` prints: the solvers and the table kinds x request. docs/solvers.md has the same.
+// The list of solvers of `tandem query --list-solvers`: the solvers and the table kinds x request. docs/solvers.md
+// shows the same.
 #pragma once
 #include <string>
 

@@ -1,3 +1,4 @@
+// Finds the intersecting or close pairs among the meshes of an assembly.
 #include "clash.h"
 
 #include <tbb/parallel_for.h>

@@ -1,3 +1,4 @@
+// The journal of `tandem clash`, from which an interrupted run continues.
 #include "journal.h"
 
 #include <fcntl.h>
@@ -112,7 +113,7 @@ Journal::Journal(const std::filesystem::path& path, const std::vector<Part>& par
   std::string text;
   std::uint64_t kept = 0;
   InputFile::Line found = in.line(text);
-  const auto whole = [&] { return in.position() == kept + text.size() + 1; };  // with its end
+  const auto whole = [&] { return in.position() == kept + text.size() + 1; };  // including the line end
   if (found != InputFile::Line::none && !(whole() ? text == first : first.starts_with(text)))
     throw InputError("--resume " + path.string(), "no answers for these parts, meshes and clearance",
                      "a file that this tool wrote for them, or a new one");

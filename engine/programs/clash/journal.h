@@ -1,3 +1,4 @@
+// Clashes as JSON, and the journal from which an interrupted run continues.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -10,21 +11,21 @@
 
 namespace tandem::clash {
 
-/// A clash as a JSON object, files by name.
+/// Writes a clash as a JSON object, files by name.
 void write(JsonWriter& out, const std::vector<Part>& parts, const Clash& clash);
 
-/// Answers in a file, a line each as they come, so that work that was cut off goes on. The first line says of which
-/// parts (names, meshes, clearance); a last line that was cut off is written anew.
+/// A file of answers, a line each as they are found, so that an interrupted run can continue. The first line identifies
+/// the input (names, meshes, clearance); an incomplete last line is written anew.
 class Journal {
  public:
-  /// Opens, or makes, the file and reads what is in it. Throws InputError for one of other parts or no journal.
+  /// Opens or creates the file and reads its answers. Throws InputError if it is of other input or no journal.
   Journal(const std::filesystem::path& path, const std::vector<Part>& parts, double clearance);
   ~Journal();
   Journal(const Journal&) = delete;
   Journal& operator=(const Journal&) = delete;
 
   const std::map<std::pair<std::size_t, std::size_t>, Answer>& answers() const { return answers_; }
-  /// On disk when it returns.
+  /// Writes an answer; it is on disk when the call returns.
   void add(const Pair& pair, const Answer& answer);
 
  private:

@@ -1,3 +1,4 @@
+// Writes the HTML page of clashes.
 #include "page.h"
 
 #include <algorithm>
@@ -10,10 +11,11 @@
 namespace tandem::clash {
 namespace {
 
-constexpr std::size_t most_triangles = 60'000;  // drawn of all parts: what a browser turns smoothly, some 3 MB of page
-constexpr double steps = 16383;                 // of a coordinate over the box of all parts: more than a screen shows
+constexpr std::size_t most_triangles = 60'000;  // drawn in all: what a browser rotates smoothly, some 3 MB of page
+// Steps of a coordinate over the box of the assembly: finer than a screen.
+constexpr double steps = 16383;
 
-// What holds all parts, as a cube.
+// The bounding cube of all meshes.
 struct Cube {
   Vec3 lo;
   double size;
@@ -61,7 +63,7 @@ std::string page(const std::vector<Part>& parts, const std::vector<Clash>& clash
     data.end_array().end_object();
   }
   data.end_array().end_object();
-  std::string json = data.text();  // in a script element, which a file's name must not end
+  std::string json = data.text();  // a file's name must not end the script element
   for (std::size_t at = 0; (at = json.find("</", at)) != std::string::npos; at += 3) json.replace(at, 2, "<\\/");
   std::string out(page_text);
   const std::string_view mark = "/*DATA*/";

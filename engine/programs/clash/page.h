@@ -1,3 +1,4 @@
+// The HTML page of clashes.
 #pragma once
 #include <string>
 #include <vector>
@@ -6,8 +7,8 @@
 
 namespace tandem::clash {
 
-/// A page that opens offline: a table of the clashes beside a picture of the parts, the places marked. Of large parts
-/// some triangles are drawn, evenly picked.
+/// A page that opens offline: a table of the clashes beside a drawing of the meshes, with the clashes marked. Of large
+/// meshes a uniform selection of triangles is drawn.
 std::string page(const std::vector<Part>& parts, const std::vector<Clash>& clashes, double clearance);
 
 }  // namespace tandem::clash

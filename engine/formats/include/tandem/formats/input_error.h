@@ -5,14 +5,14 @@
 
 namespace tandem {
 
-/// Input that cannot be used: what() is one line of less than 300 bytes that tells where, the value found and
+/// An input that cannot be used: what() is one line of less than 300 bytes that gives the place, the value found and
 /// what is allowed.
 class InputError : public std::invalid_argument {
  public:
-  /// "WHERE: FOUND, allowed: ALLOWED", without the parts that are empty. Of a long `where` the middle is left out.
-  /// `found` is a short text.
+  /// Message "WHERE: FOUND, allowed: ALLOWED", without the parts that are empty. The middle of a long `where` is left
+  /// out. `found` is a short text.
   InputError(std::string_view where, std::string_view found, std::string_view allowed = {});
-  /// Makes the same error, found in a larger whole: "OUTER: WHERE: ...".
+  /// The same error within a larger input: "OUTER: WHERE: ...".
   InputError within(std::string_view outer) const;
 
  private:

@@ -7,10 +7,10 @@
 
 namespace tandem {
 
-/// The files that read_mesh_file takes, for messages.
+/// The file name extensions that read_mesh_file accepts, for messages.
 inline constexpr std::string_view mesh_extensions = ".obj, .stl, .ply, .off, .gltf, .glb";
 
-/// Whether the name has one of mesh_extensions, in either case. The file need not be there.
+/// True if the name has one of mesh_extensions, in upper or lower case. The file need not exist.
 bool is_mesh_file(const std::filesystem::path& path);
 
 /// The surface in a file of one of mesh_extensions: triangles in the file's order of faces, polygons as fans from their
@@ -27,8 +27,8 @@ bool is_mesh_file(const std::filesystem::path& path);
 Mesh read_mesh_file(const std::filesystem::path& path);
 
 /// Reads a mesh file as a shape. `solid`: the inside counts; throws InputError that names the first edge that does not
-/// close, and where it is, if the surface has one. Corners with equal coordinates are one, whatever the format.
-/// `options`: how the mesh that was read is made ready.
+/// close, and its place, if the surface is not closed. Corners with equal coordinates become one vertex, whatever the
+/// format. `options`: how the hierarchy of the mesh is built.
 Shape read_mesh_shape(const std::filesystem::path& path, bool solid = false, const BuildOptions& options = {});
 
 }  // namespace tandem
