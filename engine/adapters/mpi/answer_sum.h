@@ -1,3 +1,4 @@
+// The hash of answers that does not depend on how pairs are distributed over ranks.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -6,7 +7,7 @@
 
 namespace tandem::mpi {
 
-/// Of a pair and its contacts; hash(GatheredContacts) is the sum of these.
+/// The hash of a pair and its contacts; hash(GatheredContacts) is the sum of these.
 std::uint64_t hash_of_pair(GlobalId a, GlobalId b, const PairAnswer& answer, std::span<const Contact> contacts);
 
 }  // namespace tandem::mpi

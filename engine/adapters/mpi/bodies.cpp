@@ -1,3 +1,4 @@
+// The bodies of one rank: owned ones and copies, and the messages that keep copies up to date.
 #include "bodies.h"
 
 #include <oneapi/tbb/blocked_range.h>
@@ -20,16 +21,17 @@ namespace tandem::mpi {
 namespace {
 
 constexpr std::size_t bodies_a_block = 512;
-/// Of a body's radius: how far its box may go before its copies are chosen anew. Wider means more copies, narrower more
-/// finds who needs one.
+/// Fraction of a body's radius by which its box may grow before its copies are chosen anew. A larger skin means more
+/// copies, a smaller one more frequent choices.
 constexpr double skin_share = 0.1;
-/// Seconds: a skin reaches as far along each axis as the body goes in this time, at most its radius. What falls past
-/// upright cuts then does not leave its skin for that.
+/// Seconds: along each axis a skin reaches as far as the body moves in this time, at most its radius. A body that falls
+/// past vertical cuts therefore does not leave its skin early.
 constexpr double skin_time = 0.06;
-/// Of a ball about a shape's box: covers what rotations and bounds are off by rounding.
+/// Factor on the radius of a ball about a shape's box: covers the rounding of rotations and bounds.
 constexpr double ball_share = 1.01;
-/// Of how far a body at rest may be from where its rest began: the pipeline's box is that of there, grown by as much,
-/// and this one is of where the body is now. Twice, and what rounding may add.
+/// Factor on how far a body at rest may be from the pose at which its rest began: the pipeline's box is that of the
+/// rest pose, grown by this distance, while this box is about the present pose. Twice the distance, and what rounding
+/// may add.
 constexpr double rest_twice = 2.1;
 
 using Clock = std::chrono::steady_clock;
@@ -40,7 +42,7 @@ float down(double x) {
   x = std::clamp(x, -most, most);
   const auto nearest = static_cast<float>(x);
   if (double{nearest} <= x) return nearest;
-  // The next float below by its bits, as the pipeline's boxes have it: nextafterf takes three times as long.
+  // The next float below, by its bits, as for the pipeline's boxes: nextafterf takes three times as long.
   if (nearest == 0) return -std::numeric_limits<float>::denorm_min();
   const auto bits = std::bit_cast<std::uint32_t>(nearest);
   return std::bit_cast<float>(nearest > 0 ? bits - 1 : bits + 1);
@@ -56,7 +58,7 @@ FloatBox outward(const Bounds& bounds, double grow) {
   return box;
 }
 
-/// The region within which doubles, rounded outward to floats, stay in this one.
+/// The region such that doubles in it, rounded outward to floats, stay in the given one.
 Region calm_within(Region region) {
   const auto inward = [](double x) {
     constexpr double two_floats = 2 * std::numeric_limits<float>::epsilon();
@@ -67,7 +69,8 @@ Region calm_within(Region region) {
   return region;
 }
 
-/// A scene calls a body by its index, which nobody knows here.
+/// Rethrows an error of the scene with the body's id: the scene names a body by its index, which the caller does not
+/// know.
 [[noreturn]] void rethrow_for(GlobalId id, const std::invalid_argument& error) {
   const std::string text = error.what();
   const std::size_t colon = text.find(':');
@@ -103,7 +106,7 @@ ShapeId Bodies::add_shape(Shape shape, std::string name) {
   } else {
     ball.radius = ball.reach = std::numeric_limits<double>::infinity();
   }
-  // What tells shapes apart in all but contrived cases.
+  // These numbers distinguish shapes in all but contrived cases.
   const MassProperties& mass = shape.mass();
   shapes_hash_ = mixed(shapes_hash_, static_cast<double>(shape.kind()));
   for (const double parameter : shape.parameters()) shapes_hash_ = mixed(shapes_hash_, parameter);
@@ -148,7 +151,8 @@ void Bodies::prepare(std::uint32_t index) {
   edge_of_.resize(size, no_edge);
 }
 
-/// Adds a body to the scene with the very bits that it has elsewhere, or gives them to the one that is there.
+/// Adds a body to the scene with exactly the bits that it has on the other rank, or gives these to the body that is
+/// there.
 std::uint32_t Bodies::put(const BodyRecord& record, bool owned) {
   ++changes_;
   const GlobalId id = record.motion.id;
@@ -170,7 +174,7 @@ std::uint32_t Bodies::put(const BodyRecord& record, bool owned) {
   options.group = record.group;
   options.mask = record.mask;
   const std::uint32_t index = scene_.add_body(options).index();
-  // Not by the options: what comes from a response is not made orthonormal again.
+  // Not through BodyOptions: poses that come from a response must not be made orthonormal again.
   scene_.move(index, record.motion.pose(), record.motion.speed(), record.motion.spin());
   prepare(index);
   places_[id] = index;
@@ -185,7 +189,7 @@ std::uint32_t Bodies::put(const BodyRecord& record, bool owned) {
 
 void Bodies::update(std::uint32_t index, const BodyRecord& record) {
   const BodyId body = scene_.id(index);
-  if (record.is_static != 0) scene_.set_static(body, true);  // then it may have any shape
+  if (record.is_static != 0) scene_.set_static(body, true);  // first static, for which any shape is permitted
   scene_.set_shape(body, {record.shape + 1, 1});
   scene_.set_filter(body, record.group, record.mask);
   scene_.set_density(body, record.density);
@@ -309,7 +313,7 @@ void Bodies::for_each_index(const Body& body) const {
     run();
 }
 
-/// Whether a body lies so that no other rank need know of it, however it is turned.
+/// True if a body is so far inside the region that no other rank need know of it, in whatever orientation.
 bool Bodies::is_calm(std::uint32_t index) const {
   const Vec3& place = scene_.poses()[index].translation;
   const Ball& ball = balls_[scene_.shape_indices()[index]];
@@ -322,7 +326,7 @@ bool Bodies::is_calm(std::uint32_t index) const {
   return calm;
 }
 
-/// Of a body with an edge: whether it stays in its skin however it is turned.
+/// True if a body with an edge stays in its skin in whatever orientation.
 bool Bodies::is_in_skin(const Edge& edge) const {
   const Vec3& place = scene_.poses()[edge.index].translation;
   const Ball& ball = balls_[scene_.shape_indices()[edge.index]];
@@ -335,13 +339,13 @@ bool Bodies::is_in_skin(const Edge& edge) const {
   return in;
 }
 
-/// Metres by which a box may grow.
+/// The distance in metres by which a box may grow.
 double Bodies::skin(std::uint32_t index) const {
   const double radius = balls_[scene_.shape_indices()[index]].radius;
   return scene_.is_static()[index] != 0 ? 0 : skin_share * radius;
 }
 
-/// A skin's box also reaches to where the body's velocity takes it.
+/// The body's box at present, with a skin; the skin's box also covers where the velocity takes the body.
 FloatBox Bodies::box_now(std::uint32_t index, double skin) const {
   Bounds bounds = scene_.shape_of(index).bounds(scene_.poses()[index]);
   const Ball& ball = balls_[scene_.shape_indices()[index]];
@@ -387,7 +391,7 @@ void Bodies::queue(std::uint32_t index) {
   if (std::exchange(queued_[index], std::uint8_t{1}) == 0) todo_.push_back(index);
 }
 
-/// Where the regions are others: every body may be near one, or in one.
+/// Marks all bodies to be checked, after the regions have changed: each may be near another region, or in one.
 void Bodies::check_all() {
   calm_ = calm_within(regions_.own());
   for_each_index([&](std::uint32_t i) {
@@ -409,7 +413,7 @@ void Bodies::check_moved() {
   for (Edge& one : edges_) {
     const std::uint32_t i = one.index;
     if (i == no_edge || owned_[i] == 0 || queued_[i] != 0 || (resend_[i] == 0 && one.seen == versions[i])) continue;
-    // Nobody asks for the box of a body that no other rank has, in this one's region.
+    // Nothing asks for the box of a body that no other rank has, in this rank's region.
     if (one.copies.empty() && inside_[i] != 0 && resend_[i] == 0 && is_in_skin(one)) {
       one.seen = versions[i];
       continue;
@@ -439,7 +443,7 @@ void Bodies::check_moved() {
   }
 }
 
-/// Whether all ranks that renew() would write to are neighbours.
+/// True if all ranks that renew() would write to are neighbours.
 bool Bodies::are_expected(std::uint32_t index) const {
   const auto known = [&](int rank) {
     return rank == communicator_.rank() || is_neighbour_[static_cast<std::size_t>(rank)] != 0;
@@ -468,7 +472,7 @@ void Bodies::check_again() noexcept {
     if (owned_[i] != 0 && edge_of_[i] != no_edge) unchecked_[i] = 1;
 }
 
-/// Of an owned body that has left its skin: to whom it goes, and who needs a copy from now on.
+/// Handles an owned body that has left its skin: decides who owns it and who needs a copy from now on.
 void Bodies::renew(std::uint32_t index) {
   const int own = communicator_.rank();
   const auto middle = place_of_centre(index);
@@ -532,11 +536,11 @@ std::uint32_t Bodies::take_body(Message& message, bool owned) {
   const std::uint32_t index = put(record, owned);
   if (kept_ == nullptr) return index;
   const auto rest = message.take<RestRecord>();
-  if (!is_known) arrivals_.back().rest = rest.rest();  // who has had a copy knows it
+  if (!is_known) arrivals_.back().rest = rest.rest();  // a rank that has had a copy knows it
   return index;
 }
 
-/// To another owner; `stays`: a copy of it is needed here.
+/// Sends a body to another owner; `stays`: a copy of it is needed here.
 void Bodies::give_to(int owner, std::uint32_t index, std::span<const int> wanted, bool stays) {
   Message& message = to(owner);
   put_body(message, Item::owned, index);
@@ -561,7 +565,7 @@ void Bodies::lend(std::uint32_t index, int rank, Message& message) {
   Edge& one = edge(index);
   if (is_calm) one.box = box_now(index, 0);
   one.seen = SceneChanges::versions(scene_)[index];
-  unchecked_[index] = 1;  // others may need a copy where it is now: the next exchange finds who
+  unchecked_[index] = 1;  // others may need a copy where it is now: the next exchange finds out
   one.skin.lo.fill(std::numeric_limits<float>::infinity());
   one.skin.hi.fill(-std::numeric_limits<float>::infinity());
   one.copies.insert(std::upper_bound(one.copies.begin(), one.copies.end(), rank), rank);
@@ -575,7 +579,7 @@ void Bodies::borrow(RankMessage& message) {
     Edge& one = edge(index);
     take_box(one, box_now(index, 0));
     one.owner = message.rank;
-    inside_[index] = 0;  // of the last exchange, in which it was not here
+    inside_[index] = 0;  // as of the last exchange, before which it was not here
   }
 }
 
@@ -594,7 +598,7 @@ void Bodies::take(RankMessage& received) {
         const auto count = message.take<std::uint32_t>();
         Edge& one = edge(index);
         for (std::uint32_t i = 0; i < count; ++i) one.copies.push_back(message.take<int>());
-        one.skin = box_now(index, skin(index));  // that for which these copies were chosen
+        one.skin = box_now(index, skin(index));  // the skin for which these copies were chosen
         take_box(one, box_now(index, 0));
         unchecked_[index] = 0;
         directory_.arrived(ids_[index]);
@@ -652,7 +656,8 @@ void Bodies::forget_past() {
   std::fill(departure_of_.begin(), departure_of_.end(), no_edge);
 }
 
-/// Whoever has sent this rank a message has got none from it perhaps, but it will send one back from now on.
+/// Makes both directions known: a rank that has sent this rank a message, possibly without getting one, will be sent
+/// messages from now on.
 void Bodies::know_neighbours(bool recut) {
   if (recut) {
     neighbours_.clear();

@@ -29,15 +29,15 @@ namespace tandem::mpi {
 /// grown by a skin (Verlet 1967). A step in which no body leaves its skin sends poses alone, to ranks that expect them.
 class Bodies {
  public:
-  /// `rest`: of its size, how far a body may be from where its kept answers have it; 0: none are kept.
+  /// `rest`: as a fraction of its size, how far a body may be from the pose of its kept answers; 0: none are kept.
   Bodies(Communicator& communicator, const Regions& regions, double margin, int threads, double rest = 0);
-  /// From now on bodies travel with what `kept`, which must outlive them, knows of their past.
+  /// From now on the data of `kept`, which must outlive this object, travel with bodies.
   void keep_with(const KeptHandover& kept) { kept_ = &kept; }
 
   Scene& scene() { return scene_; }
   const Scene& scene() const { return scene_; }
   ShapeId add_shape(Shape shape, std::string name);
-  /// Of what tells the shapes apart; equal on all ranks if they have the same ones.
+  /// A hash of what distinguishes the shapes; equal on all ranks if they have the same shapes.
   std::uint64_t shapes_hash() const { return shapes_hash_; }
 
   bool has(GlobalId id) const { return places_.contains(id); }
@@ -52,32 +52,32 @@ class Bodies {
   }
   GlobalId id(std::uint32_t index) const { return ids_[index]; }
   std::size_t owned() const { return count_; }
-  /// Grows whenever a body comes, goes or gets another owner.
+  /// A counter that grows whenever a body arrives, leaves or changes its owner.
   std::uint64_t changes() const { return changes_; }
   std::size_t copies() const { return places_.size() - count_; }
 
-  /// Moves a body, as Scene::move does, and notes whether it leaves the places where no other rank need know of it.
+  /// Moves a body, as Scene::move does, and notes whether it leaves the interior where no other rank need know of it.
   /// Several threads may move different bodies.
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity) {
     scene_.move(index, pose, velocity, angular_velocity);
     if (owned_[index] != 0 && edge_of_[index] == no_edge && !is_calm(index)) unchecked_[index] = 1;
   }
 
-  /// Checks a change's numbers as Scene does: std::invalid_argument that names the body by its id.
+  /// Checks the numbers of a change as Scene does: std::invalid_argument that names the body by its id.
   BodyRecord checked(GlobalId id, const BodyOptions& body);
-  /// Of a body that this rank owns (Kind::add: will own); throws std::invalid_argument.
+  /// Applies a change to a body that this rank owns (Kind::add: will own); throws std::invalid_argument.
   void apply(const Change& change);
-  /// Takes back one that was added in this step.
+  /// Removes a body that was added in this step, as if it had not been.
   void forget(GlobalId id) { drop(places_.at(id)); }
 
-  /// From now on removed bodies are kept in mind, for one who asks.
+  /// From now on the ids of removed bodies are recorded, for a response.
   void note_removed() { notes_removed_ = true; }
   std::vector<GlobalId> take_removed() { return std::exchange(removed_, {}); }
 
-  /// Checks what has moved since the last exchange, and writes the messages for those whose copies stay the same ones.
-  /// False if a rank would get a message that does not expect one.
+  /// Checks the bodies that have moved since the last exchange, and writes the messages for those whose copies stay on
+  /// the same ranks. False if a rank would get a message that it does not expect.
   bool check_ahead();
-  /// After what check_ahead() threw, in which no message is under way yet: lets go of its messages, so that the
+  /// After an exception of check_ahead(), when no message has been sent yet: discards its messages, so that the
   /// exchange checks all bodies near other regions again.
   void check_again() noexcept;
 
@@ -86,13 +86,13 @@ class Bodies {
     std::chrono::steady_clock::time_point begin, packed, got, end;
     double cpu_ms = 0;  ///< without waiting
   };
-  /// Collective, with several ranks. Bodies go to their owners, copies to where boxes reach; all bodies are checked
-  /// if `recut`: the regions are others than in the last exchange. `expected`: check_ahead() was true on all ranks, and
-  /// nothing has changed since.
+  /// Collective, with several ranks. Sends bodies to their owners, and copies to the ranks into whose regions boxes
+  /// reach; checks all bodies if `recut`: the regions have changed since the last exchange. `expected`: check_ahead()
+  /// was true on all ranks, and nothing has changed since.
   Sent exchange(bool recut, bool expected);
-  /// Whether a body's box lay in the rank's region in the last exchange: no other rank reports a pair of it.
+  /// True if a body's box lay in the rank's region in the last exchange: no other rank reports a pair of it.
   bool is_inside(std::uint32_t index) const { return inside_[index] != 0; }
-  /// Whether a pair of overlapping boxes is reported here.
+  /// True if a pair of overlapping boxes is reported by this rank.
   bool reports(std::uint32_t a, std::uint32_t b) const {
     if ((inside_[a] | inside_[b]) != 0) return true;
     const FloatBox &box_a = edges_[edge_of_[a]].box, &box_b = edges_[edge_of_[b]].box;
@@ -100,30 +100,29 @@ class Bodies {
     for (std::size_t i = 0; i < 3; ++i) corner[i] = std::max(box_a.lo[i], box_b.lo[i]);
     return regions_.holds(corner);
   }
-  // Where answers are kept, after an exchange:
-  /// The id of the body that had an index in the last step.
+  // For kept answers, after an exchange: the id of the body that had an index in the last step.
   GlobalId last_id(std::uint32_t index) const {
     return departure_of_[index] != no_edge ? departures_[departure_of_[index]].id : ids_[index];
   }
-  /// The rank that now reports a pair that this one reported in the last step, by the indices of that time; -1: the
+  /// The rank that now reports a pair that this rank reported in the last step, by the indices of that step; -1: the
   /// boxes no longer overlap.
   int reporter(Pair last) const;
-  /// Bodies that have come since the last step.
+  /// The bodies that have arrived since the last step.
   std::span<const KeptBody> arrivals() const { return arrivals_; }
   void forget_past();
 
-  // Between two exchanges a rank may need a body that it does not have:
+  // Between two exchanges a rank may need a body that it does not have. True if a rank has a copy:
   bool has_copy(std::uint32_t index, int rank) const;
-  /// Writes an owned body to a rank that has no copy; the next exchange decides anew who needs one, if it moves.
+  /// Writes an owned body to a rank that has no copy; if the body moves, the next exchange decides anew who needs one.
   void lend(std::uint32_t index, int rank, Message& message);
-  /// Takes what others have lent.
+  /// Takes the bodies that other ranks have lent.
   void borrow(RankMessage& message);
 
-  /// The rank that owns a body that is here.
+  /// The rank that owns a body that is on this rank.
   int owner(std::uint32_t index) const {
     return owned_[index] != 0 ? communicator_.rank() : edges_[edge_of_[index]].owner;
   }
-  /// Owned bodies that were moved after ranks with copies had been told: visit(index, ranks).
+  /// Visits owned bodies that were moved after the ranks with copies had been told: visit(index, ranks).
   template <class Visit>
   void each_untold(const Visit& visit) const {
     const auto versions = SceneChanges::versions(scene_);
@@ -131,11 +130,11 @@ class Bodies {
       if (one.index != no_edge && owned_[one.index] != 0 && !one.copies.empty() && one.seen != versions[one.index])
         visit(one.index, std::span<const int>(one.copies));
   }
-  /// Where a copy is now, if it was moved since; the next exchange tells it again.
+  /// Updates a copy that was moved after the exchange; the next exchange sends it again.
   void move_copy(const MotionRecord& motion) {
     scene_.move(places_.at(motion.id), motion.pose(), motion.speed(), motion.spin());
   }
-  /// Where a body is owned: the middle of its box in its own frame.
+  /// The point that decides who owns a body: the centre of its box in its own frame.
   Vec3 centre(std::uint32_t index) const;
   std::array<double, 3> place_of_centre(std::uint32_t index) const {
     const Vec3 middle = centre(index);
@@ -147,23 +146,23 @@ class Bodies {
  private:
   static constexpr std::uint32_t no_edge = 0xffffffffu;
 
-  /// Of a body that is a copy, or near other ranks' regions.
+  /// The state of a body that is a copy, or near other ranks' regions.
   struct Edge {
     std::uint32_t index = 0;
-    std::uint32_t seen = 0;  // version for which the box is
+    std::uint32_t seen = 0;  // version of the body that the box is of
     FloatBox box;
-    FloatBox skin;            // while the box stays in it an owned body's copies are where they must be
-    std::vector<int> copies;  // of an owned body: ranks that have one, ascending
-    int owner = 0;            // of a copy
+    FloatBox skin;            // while an owned body's box stays in it, its copies are on the right ranks
+    std::vector<int> copies;  // for an owned body: ranks with a copy, ascending
+    int owner = 0;            // for a copy
   };
-  /// Of a shape, in its own frame: a ball that holds its box wherever it is turned.
+  /// For a shape, in its own frame: a ball that contains its box in every orientation.
   struct Ball {
     Vec3 centre = Vec3::Zero();
     double radius = 0;
-    double reach = 0;  // of a ball about the origin that holds this one
-    double grow = 0;   // of the box on each side: half the margin, and where a body at rest may be
+    double reach = 0;  // radius of a ball about the origin that contains this one
+    double grow = 0;   // growth of the box on each side: half the margin, and the deviation of a body at rest
   };
-  /// A body that was here in the last step and is not any more, and its box now.
+  /// A body that was on this rank in the last step and no longer is, with its present box.
   struct Departure {
     GlobalId id = 0;
     FloatBox box;
@@ -202,31 +201,32 @@ class Bodies {
   double rest_;
   const KeptHandover* kept_ = nullptr;
   std::unique_ptr<tbb::task_arena> arena_;  // null: the caller's
-  bool alone_;                              // one thread
+  bool alone_;                              // a single thread
   Directory directory_;
   Scene scene_;
-  Scene door_;  // checks what comes in; has the shape that it checked last
+  Scene door_;  // checks new bodies; holds the shape that it checked last
   std::uint32_t door_shape_ = 0;
-  std::vector<Ball> balls_;  // one a shape
+  std::vector<Ball> balls_;  // one for each shape
   std::uint64_t shapes_hash_ = 0;
 
   std::unordered_map<GlobalId, std::uint32_t> places_;
   std::size_t count_ = 0;
   std::uint64_t changes_ = 0;
-  // One an index of the scene:
+  // Arrays with an element for each index of the scene:
   std::vector<GlobalId> ids_;
   std::vector<std::uint8_t> owned_;
   std::vector<std::uint8_t> resend_;         // more of it has changed than its pose
   std::vector<std::uint8_t> inside_;         // its box lies in the rank's region
-  std::vector<std::uint8_t> unchecked_;      // an owned one without an edge that must be checked
-  std::vector<std::uint8_t> queued_;         // in todo_
-  std::vector<std::uint8_t> is_new_;         // has come since the last step
-  std::vector<std::uint32_t> departure_of_;  // where the body is that had this index in the last step, in departures_
+  std::vector<std::uint8_t> unchecked_;      // an owned body without an edge that must be checked
+  std::vector<std::uint8_t> queued_;         // it is in todo_
+  std::vector<std::uint8_t> is_new_;         // it has arrived since the last step
+  // For the body that had this index in the last step: its place in departures_.
+  std::vector<std::uint32_t> departure_of_;
   std::vector<std::uint32_t> edge_of_;
   std::vector<Edge> edges_;
   std::vector<std::uint32_t> free_edges_;
-  Region calm_;                      // a ball in it reaches into no other rank's region; of the last exchange
-  std::vector<std::uint32_t> todo_;  // bodies whose copies, or owner, may be others from now on
+  Region calm_;                      // a ball in it reaches into no other rank's region, as of the last exchange
+  std::vector<std::uint32_t> todo_;  // bodies whose copies, or owner, may change
 
   std::vector<Departure> departures_;
   std::vector<KeptBody> arrivals_;
@@ -235,12 +235,13 @@ class Bodies {
   std::vector<GlobalId> removed_;
 
   std::vector<RankMessage> outgoing_, received_;
-  std::vector<int> message_of_;  // a rank's place in outgoing_, -1: none
+  std::vector<int> message_of_;  // the place of a rank's message in outgoing_, -1: none
   std::size_t used_ = 0;
-  // Ranks with which this one has exchanged messages since the last cut, and they with it: in most steps these alone.
+  // Ranks with which this one has exchanged messages since the last cut; in most steps there are messages between these
+  // alone.
   std::vector<int> neighbours_;
-  std::vector<std::uint8_t> is_neighbour_;  // one a rank
-  bool expected_ = true;                    // no message goes to another one
+  std::vector<std::uint8_t> is_neighbour_;  // one for each rank
+  bool expected_ = true;                    // no message goes to a rank that is not a neighbour
   std::uint64_t moved_away_ = 0;
 };
 

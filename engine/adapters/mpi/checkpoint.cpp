@@ -1,3 +1,4 @@
+// Checkpoints of a pipeline, written and read by all ranks in one file.
 #include "tandem/mpi/checkpoint.h"
 
 #include <algorithm>
@@ -23,8 +24,8 @@ struct Header {
   std::uint64_t steps = 0, bodies = 0, record_bytes = 0, shapes = 0;
   std::array<double, 3> gravity{};
   double dt = 0;
-  std::uint64_t sum = 0;  // of the records' hashes
-  std::uint64_t own = 0;  // of all above
+  std::uint64_t sum = 0;  // sum of the records' hashes
+  std::uint64_t own = 0;  // hash of all members above
 };
 
 std::uint64_t hash_of(const void* data, std::size_t bytes) {
@@ -49,11 +50,11 @@ std::uint64_t sum_of(std::span<const BodyRecord> records) {
   return sum;
 }
 
-/// An open file of all ranks. MPI's files return their errors, where all else ends the job.
+/// A file opened by all ranks. MPI's file functions return their errors, where other MPI errors end the job.
 class SharedFile {
  public:
   SharedFile(MPI_Comm communicator, const std::string& path, int mode)
-      // Open MPI's files do not open one whose path is one message.
+      // Open MPI does not open a path without a folder, hence the absolute path.
       : status_(MPI_File_open(communicator, std::filesystem::absolute(path).c_str(), mode, MPI_INFO_NULL, &file_)) {}
   ~SharedFile() { close(); }
   SharedFile(const SharedFile&) = delete;
@@ -65,7 +66,7 @@ class SharedFile {
     note(MPI_File_get_size(file_, &bytes));
     return static_cast<std::uint64_t>(bytes);
   }
-  /// Not collective; in pieces.
+  /// Reads or writes records in pieces. Not collective.
   template <class T>
   void write_at(std::uint64_t place, std::span<const T> values) {
     for (std::size_t at = 0; at < values.size() && good(); at += records_a_piece) {
@@ -99,14 +100,14 @@ class SharedFile {
   int status_;
 };
 
-/// Whether it is so on some rank.
+/// True if the condition holds on some rank.
 bool any(const Communicator& communicator, bool here) {
   std::uint64_t flag[] = {here ? 1u : 0u};
   communicator.largest(std::span<std::uint64_t>(flag));
   return flag[0] != 0;
 }
 
-/// A header that says why nothing is to be read; empty: something is.
+/// The reason why a file with this header cannot be read; empty if it can.
 std::string fault(const Header& header, std::uint64_t bytes, std::uint64_t shapes) {
   if (bytes < sizeof header) return "is cut off, or no checkpoint: it has " + std::to_string(bytes) + " bytes";
   if (header.magic != magic) return "is no checkpoint of tandem-mpi";

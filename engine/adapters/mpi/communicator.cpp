@@ -1,3 +1,4 @@
+// Messages between ranks: sparse exchanges, sums, and waiting with a time limit.
 #include "communicator.h"
 
 #include <algorithm>
@@ -12,11 +13,10 @@
 namespace tandem::mpi {
 namespace {
 
-// A message is cut into pieces of this: MPI counts in int.
+// A message is cut into pieces of this size, since MPI counts in int.
 constexpr std::size_t most_bytes = std::size_t{1} << 28;
 
-constexpr int rounds =
-    2;  // of one kind that follow each other may overlap between ranks; each kind has tags of its own
+constexpr int rounds = 2;  // successive exchanges of one kind may overlap between ranks; each kind has its own tags
 
 constexpr int value_tag = 2 * rounds;
 
@@ -58,7 +58,7 @@ void Communicator::abort(const std::string& cause) const {
                cause.c_str());
   std::fflush(stderr);
   MPI_Abort(comm_, 1);
-  std::abort();  // not reached: MPI_Abort is not declared so
+  std::abort();  // not reached: MPI_Abort is not declared [[noreturn]]
 }
 
 void Communicator::abort_for_exception() const {
@@ -103,7 +103,7 @@ std::size_t Communicator::receive(Message& into, const MPI_Status& status) const
 }
 
 void Communicator::receive_one(std::vector<RankMessage>& received, std::size_t& count, const MPI_Status& status) {
-  // Pieces of one message come in the order in which they were sent.
+  // The pieces of a message arrive in the order in which they were sent.
   const auto known = std::find_if(received.begin(), received.begin() + static_cast<std::ptrdiff_t>(count),
                                   [&](const RankMessage& message) { return message.rank == status.MPI_SOURCE; });
   const auto at = static_cast<std::size_t>(known - received.begin());
@@ -115,7 +115,8 @@ void Communicator::receive_one(std::vector<RankMessage>& received, std::size_t& 
   receive(received[at].content, status);
 }
 
-/// Pieces; the last one of an expected message is shorter than the others, so that the receiver knows it.
+/// Sends a message in pieces; the last piece of an expected message is shorter than the others, by which the receiver
+/// recognises it.
 void Communicator::send(RankMessage& message, int tag, bool expected) {
   const auto& bytes = message.content.bytes();
   for (std::size_t at = 0;; at += most_bytes) {

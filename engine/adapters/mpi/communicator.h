@@ -1,3 +1,4 @@
+// Messages between ranks.
 #pragma once
 #include <mpi.h>
 
@@ -14,7 +15,7 @@
 
 namespace tandem::mpi {
 
-/// Bytes of one message, written and read as plain values one after the other.
+/// The bytes of a message, written and read as plain values one after the other.
 class Message {
  public:
   template <class T>
@@ -23,7 +24,7 @@ class Message {
     const auto* const first = reinterpret_cast<const std::byte*>(&value);
     bytes_.insert(bytes_.end(), first, first + sizeof(T));
   }
-  /// Throws std::out_of_range where it ends before.
+  /// Reads a value. Throws std::out_of_range at the end of the message.
   template <class T>
   T take() {
     if (bytes_.size() - read_ < sizeof(T)) throw std::out_of_range("a message from another rank is cut off");
@@ -36,7 +37,7 @@ class Message {
   bool done() const { return read_ == bytes_.size(); }
   bool empty() const { return bytes_.empty(); }
   std::size_t size() const { return bytes_.size(); }
-  /// Empty, with the room it had.
+  /// Empties the message and keeps its memory.
   void clear() {
     bytes_.clear();
     read_ = 0;
@@ -54,7 +55,7 @@ struct RankMessage {
   Message content;
 };
 
-/// Messages to ranks, oneself among them.
+/// Messages to several ranks, this one included.
 class Outbox {
  public:
   explicit Outbox(int ranks) : messages_(static_cast<std::size_t>(ranks)) {}
@@ -64,7 +65,8 @@ class Outbox {
   std::vector<Message> messages_;
 };
 
-/// A duplicate of a communicator, and the few ways in which ranks talk. All waiting has an end: `patience`.
+/// A duplicate of a communicator, with the patterns of communication that the pipeline uses. Every wait is limited by
+/// `patience`.
 class Communicator {
  public:
   Communicator(MPI_Comm of, double patience);
@@ -75,24 +77,24 @@ class Communicator {
   MPI_Comm comm() const { return comm_; }
   int rank() const { return rank_; }
   int ranks() const { return ranks_; }
-  /// For the line that a failure writes.
+  /// Sets the step that a failure's message names.
   void at_step(std::uint64_t step) { step_ = step; }
   std::uint64_t step() const { return step_; }
 
-  /// Collective. Sends messages to a few ranks, oneself not among them, who do not know of them, and returns those that
-  /// came, by rank (Hoefler, Siebert, Lumsdaine, "Scalable communication protocols for dynamic sparse data exchange",
-  /// PPoPP 2010). What is sent is left as it is; `received` keeps its memory from call to call.
+  /// Collective. Sends messages to a few ranks, not to itself, which do not know of them, and returns those that
+  /// arrive, by rank (Hoefler, Siebert, Lumsdaine, "Scalable communication protocols for dynamic sparse data exchange",
+  /// PPoPP 2010). The sent messages are unchanged; `received` keeps its memory from call to call.
   void exchange(std::span<RankMessage> messages, std::vector<RankMessage>& received);
 
-  /// Collective. The same for whatever an outbox holds; what is for oneself comes, too.
+  /// Collective. The same for the messages of an outbox, including those to itself.
   std::vector<RankMessage> exchange(Outbox& outbox);
-  /// Counts what is sent to others.
+  /// The same; also counts the bytes and messages sent to others.
   std::vector<RankMessage> exchange(Outbox& outbox, std::uint64_t& bytes, std::uint64_t& messages);
 
-  /// One message to each of some ranks, and one from each of the same; they name this rank, too.
+  /// Sends one message to each of some ranks, and receives one from each of the same, which must name this rank, too.
   void exchange_expected(std::span<RankMessage> messages, std::vector<RankMessage>& received);
 
-  /// What combine() makes of the values of all ranks: the sums of the first, the largest of the others, which are >= 0.
+  /// Values that combine() reduces over all ranks: the sums of the first, the maxima of the others, which are >= 0.
   struct Totals {
     std::array<std::uint64_t, 14> sums{};
     std::array<double, 6> largest{};
@@ -100,47 +102,47 @@ class Communicator {
   /// Collective.
   void combine(Totals& totals) const;
 
-  /// Collective: sums, and largest values.
+  /// Collective: sums, or maxima, over all ranks.
   void sum(std::span<std::uint64_t> values) const;
   void sum(std::span<double> values) const;
   void largest(std::span<double> values) const;
   void largest(std::span<std::uint64_t> values) const;
 
-  /// Collective: the messages of all ranks on all ranks, by rank. Throws std::length_error beyond 2 GiB together.
+  /// Collective: the messages of all ranks to all ranks, by rank. Throws std::length_error beyond 2 GiB in all.
   std::vector<Message> to_all(Message& own) const;
 
-  /// Collective: the texts of all ranks on all ranks, by rank.
+  /// Collective: the texts of all ranks to all ranks, by rank.
   std::vector<std::string> texts(const std::string& own) const;
 
-  /// What posted messages are about; each is awaited apart.
+  /// The subjects of posted messages; each is awaited separately.
   enum class Topic { colours, velocities };
-  /// A message to one rank, which awaits it; on its way until settle().
+  /// Sends a message to a rank that awaits it; its buffer is in use until settle().
   void post(Topic topic, Message message, int rank);
-  /// The next one that a rank has posted, or any of them.
+  /// Receives the next message that a given rank, or any rank, has posted.
   RankMessage await(Topic topic, int rank) const;
   RankMessage await_any(Topic topic) const { return await(topic, MPI_ANY_SOURCE); }
-  /// Completes what was posted.
+  /// Completes the posted messages.
   void settle();
 
-  /// From one rank to another that expects it.
+  /// Sends a value from one rank to another that expects it.
   void send(std::uint64_t value, int rank) const;
   std::uint64_t receive(int rank) const;
 
-  /// Completes the requests.
+  /// Waits for the requests.
   void wait(std::span<MPI_Request> requests, const char* what) const;
 
-  /// One line on stderr that names rank, step and cause, then MPI_Abort.
+  /// Prints one line on stderr that names rank, step and cause, then calls MPI_Abort.
   [[noreturn]] void abort(const std::string& cause) const;
-  /// `abort` with the text of the exception at hand.
+  /// `abort` with the text of the current exception.
   [[noreturn]] void abort_for_exception() const;
 
  private:
   void reduce(void* values, std::size_t count, MPI_Datatype type, MPI_Op op) const;
-  /// Calls done() until it is true.
+  /// Calls done() until it returns true.
   template <class Done>
   void until(const Done& done, const char* what) const;
   void send(RankMessage& message, int tag, bool expected);
-  /// Returns the bytes of the piece.
+  /// Receives a piece; returns its number of bytes.
   std::size_t receive(Message& into, const MPI_Status& status) const;
   void receive_one(std::vector<RankMessage>& received, std::size_t& count, const MPI_Status& status);
 

@@ -1,3 +1,4 @@
+// Pairs that began or ceased to touch, across ranks.
 #include "tandem/mpi/contact_events.h"
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 namespace tandem::mpi {
 namespace {
 
-/// What is in one of two ascending lists alone: a pair that one rank no longer reports and another one does stays.
+/// Keeps what is in only one of two ascending lists: a pair that moved from one rank to another continues to touch.
 void cancel(std::vector<IdPair>& x, std::vector<IdPair>& y) {
   std::sort(x.begin(), x.end());
   std::sort(y.begin(), y.end());

@@ -9,8 +9,8 @@
 
 namespace tandem::mpi {
 
-/// What each body costs, from a step's measured times: its share of the broad phase, and of the narrow phase the pairs
-/// that lie where it is, those with meshes by their own price.
+/// The cost of each body, from a step's measured times: a share of the broad phase, and the narrow phase of the pairs
+/// at its place, where pairs with meshes have a cost of their own.
 class Costs {
  public:
   void begin(const Bodies& bodies) {
@@ -18,13 +18,13 @@ class Costs {
     light_.assign(bodies.scene().indices(), 0);
     heavy_.assign(bodies.scene().indices(), 0);
   }
-  /// Counted for the bodies that are there now.
+  /// True if pairs were counted for the present bodies.
   bool known(const Bodies& bodies) const { return !light_.empty() && changes_ == bodies.changes(); }
-  /// A pair that is narrowed here. From many threads at once.
+  /// Counts a pair that is narrowed on this rank. From many threads at once.
   void count(const Bodies& bodies, Pair pair) {
     const Scene& scene = bodies.scene();
     const Shape &a = scene.shape_of(pair.a), &b = scene.shape_of(pair.b);
-    // A pair lies where the smaller body is; a half-space is everywhere.
+    // A pair's place is that of the smaller body; a half-space is everywhere.
     std::uint32_t at = pair.a, other = pair.b;
     if (!a.is_bounded() || (b.is_bounded() && b.size() < a.size())) std::swap(at, other);
     if (!bodies.owns(at)) std::swap(at, other);
@@ -33,14 +33,14 @@ class Costs {
     const bool is_heavy = mesh && a.is_bounded() && b.is_bounded();
     std::atomic_ref<std::uint32_t>((is_heavy ? heavy_ : light_)[at]).fetch_add(1, std::memory_order_relaxed);
   }
-  /// ns, of the bodies that this rank owns, in the order of their indices.
+  /// Weights in ns of the bodies that this rank owns, in the order of their indices.
   std::vector<float> weights(const Bodies& bodies, const ExecutionReport& execution) const {
     double light = 0, heavy = 0, owned = 0;
     for (std::uint32_t i = 0; i < light_.size(); ++i)
       if (bodies.scene().alive(i) && bodies.owns(i)) light += light_[i], heavy += heavy_[i], ++owned;
     constexpr double ns = 1e6;
     const double broad = owned > 0 ? ns * execution.broad_ms / owned : 0;
-    // Where heavy pairs were not measured apart, all cost alike.
+    // Where heavy pairs were not measured separately, all pairs cost the same.
     const bool apart = execution.heavy_ms > 0 && heavy > 0 && light > 0;
     const double narrow = execution.narrow_ms;
     const double all = light + heavy > 0 ? ns * narrow / (light + heavy) : 0;
@@ -54,7 +54,7 @@ class Costs {
   }
 
  private:
-  std::vector<std::uint32_t> light_, heavy_;  // pairs a body
+  std::vector<std::uint32_t> light_, heavy_;  // pairs of each body
   std::uint64_t changes_ = 0;
 };
 

@@ -3,7 +3,7 @@
 
 namespace tandem::mpi {
 
-/// CPU time of the calling thread: as long on a core that others use, too.
+/// CPU time of the calling thread, which does not include the time of other programs on the same core.
 inline double cpu_ms() {
   std::timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);

@@ -1,3 +1,4 @@
+// The directory of bodies' owners, by Zoltan.
 #include "directory.h"
 
 #include <zoltan_dd.h>
@@ -11,7 +12,7 @@ namespace {
 constexpr int words = sizeof(GlobalId) / sizeof(ZOLTAN_ID_TYPE);
 
 std::vector<ZOLTAN_ID_TYPE> in_words(std::span<const GlobalId> ids) {
-  std::vector<ZOLTAN_ID_TYPE> out(ids.size() * words + 1);  // never empty: Zoltan wants a pointer
+  std::vector<ZOLTAN_ID_TYPE> out(ids.size() * words + 1);  // never empty: Zoltan needs a pointer
   if (!ids.empty()) std::memcpy(out.data(), ids.data(), ids.size_bytes());
   return out;
 }
@@ -48,7 +49,7 @@ void Directory::tell(const std::function<bool(GlobalId)>& owned) {
 std::vector<int> Directory::owners(std::span<const GlobalId> ids) {
   auto keys = in_words(ids);
   std::vector<int> owners(ids.size() + 1, -1);
-  // It warns of ids that it does not know, and leaves their owner at -1.
+  // Zoltan warns of unknown ids, and leaves their owner at -1.
   require(
       Zoltan_DD_Find(directory_, keys.data(), nullptr, nullptr, nullptr, static_cast<int>(ids.size()), owners.data()));
   owners.pop_back();

@@ -11,9 +11,9 @@ struct Zoltan_DD_Struct;
 
 namespace tandem::mpi {
 
-/// Which rank owns a body: Zoltan's distributed directory (Pinar and Hendrickson 2001), in which each rank keeps the
-/// entries of a share of all ids. Made when it is first asked; from then on told of who arrived and left before each
-/// question, so that steps without questions pay nothing.
+/// The distributed directory of bodies' owners, by Zoltan (Pinar and Hendrickson 2001): each rank holds the entries of
+/// a share of all ids. It is made at the first query, and updated before each later one with the bodies that arrived
+/// and left, so that steps without queries pay nothing.
 class Directory {
  public:
   explicit Directory(const Communicator& communicator) : communicator_(communicator) {}
@@ -21,12 +21,12 @@ class Directory {
   Directory(const Directory&) = delete;
   Directory& operator=(const Directory&) = delete;
 
-  /// Bodies that this rank has come to own, or that are gone everywhere; to be told before the next question.
+  /// Notes bodies that this rank has come to own, or that were removed everywhere; before the next query.
   void arrived(GlobalId id) { arrivals_.push_back(id); }
   void gone(GlobalId id) { gone_.push_back(id); }
-  /// Collective. `owned`: whether a body that arrived is still here.
+  /// Collective: updates the directory. `owned`: tells whether a body that arrived is still on this rank.
   void tell(const std::function<bool(GlobalId)>& owned);
-  /// Collective: the owners, -1 where there is none.
+  /// Collective: the owners, -1 for unknown ids.
   std::vector<int> owners(std::span<const GlobalId> ids);
 
  private:

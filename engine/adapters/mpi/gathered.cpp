@@ -1,3 +1,4 @@
+// Gathers the answers of all ranks in canonical order, and hashes them.
 #include <algorithm>
 #include <utility>
 
@@ -34,7 +35,7 @@ std::uint64_t hash(const GatheredContacts& all) {
   return sum;
 }
 
-/// Orders the pairs that messages tell, and their contacts behind them.
+/// Sends each pair to a rank, and sorts the pairs that arrive, with their contacts.
 GatheredContacts Pipeline::Impl::gather(const std::function<int(GlobalId)>& to) const {
   Outbox outbox(communicator.ranks());
   const ContactList& list = contacts();
@@ -82,7 +83,7 @@ GatheredContacts Pipeline::Impl::share() const {
 std::uint64_t Pipeline::Impl::list_hash(const GatheredContacts& share) const {
   const int rank = communicator.rank(), last = communicator.ranks() - 1;
   std::uint64_t value = WordHash().value();
-  // All pairs, then all contacts.
+  // All pairs first, then all contacts.
   for (const bool of_contacts : {false, true}) {
     if (of_contacts && last > 0 && rank == last) communicator.send(value, 0);
     if (rank > 0)

@@ -1,3 +1,4 @@
+// Messages with the kept answers of pairs.
 #include "kept_messages.h"
 
 #include "records.h"

@@ -7,9 +7,9 @@
 
 namespace tandem::mpi {
 
-/// What is kept of a pair, from the rank that reported it in the last step to the one that does in this one.
+/// Writes the kept answer of a pair, from the rank that reported it in the last step for the one that now does.
 void write_kept(Message& message, const IdPair& ids, const KeptRecord& record);
-/// In the record the pair is not set.
+/// Reads a kept answer; the pair in the record is not set.
 std::pair<IdPair, KeptRecord> take_kept(Message& message);
 
 }  // namespace tandem::mpi

@@ -1,4 +1,4 @@
-// A hash of numbers that all ranks must have alike.
+// A hash of numbers that must be equal on all ranks.
 #pragma once
 #include <bit>
 #include <cstdint>

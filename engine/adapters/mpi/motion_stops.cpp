@@ -1,3 +1,4 @@
+// Stops fast bodies before they pass through others, across ranks.
 #include "motion_stops.h"
 
 #include <algorithm>
@@ -30,7 +31,7 @@ MotionStops::MotionStops(Communicator& communicator, Bodies& bodies, PairOfIds a
       own_(PairPredicate{}),
       shared_(predicate()) {}
 
-/// Of pairs in scene_.
+/// The predicate for pairs in scene_.
 PairPredicate MotionStops::predicate() const {
   if (!allows_) return {};
   return [this](std::span<Pair> pairs) {
@@ -49,7 +50,7 @@ FastestTwo MotionStops::fastest_of_all(FastestTwo own) const {
   return {first[0], as_fast[0] > 1 ? first[0] : second[0]};
 }
 
-/// Appends zones of all ranks.
+/// Appends the zones of all ranks.
 void MotionStops::tell(std::span<const Zone> own) {
   Message message;
   for (const Zone& zone : own) message.put(zone);
@@ -58,7 +59,7 @@ void MotionStops::tell(std::span<const Zone> own) {
     while (!one.done()) zones_.push_back(one.take<Zone>());
 }
 
-/// Zones that overlap belong together.
+/// Groups zones that overlap.
 void MotionStops::group() {
   BoxArray boxes;
   boxes.resize(zones_.size());
@@ -88,7 +89,7 @@ void MotionStops::group() {
   for (std::uint32_t k = 0; k < zones_.size(); ++k) homes_[k] = zones_[root(k)].rank;
 }
 
-/// What comes near a zone goes to the rank that solves its group.
+/// Sends bodies near a zone to the rank that solves its group.
 void MotionStops::send_near(std::span<const Pose> ends) {
   Outbox outbox(communicator_.ranks());
   const Scene& scene = bodies_.scene();
@@ -127,7 +128,7 @@ void MotionStops::send_near(std::span<const Pose> ends) {
   share_scene(near);
 }
 
-/// Of bodies in the order of their ids, whose indices so are in that order, too.
+/// Makes scene_ of these bodies in the order of their ids, so that indices have that order, too.
 void MotionStops::share_scene(std::vector<Near>& near) {
   for (auto i = static_cast<std::uint32_t>(ids_.size()); i-- > 0;) scene_.remove_body(scene_.id(i));
   ids_.clear();
@@ -148,11 +149,11 @@ void MotionStops::share_scene(std::vector<Near>& near) {
     ids_.push_back(record.motion.id);
     ends_.push_back(one.end.pose());
   }
-  // Places that were used in another step and are not in this one have no body.
+  // Places used in an earlier step but not in this one have no body.
   ends_.resize(scene_.indices());
 }
 
-/// Where bodies looked for others, as far as no zone of theirs holds it.
+/// Boxes that bodies searched outside of their zones.
 std::vector<MotionStops::Zone> MotionStops::new_zones() const {
   std::vector<Zone> out;
   for (const FirstStops::Stray& stray : shared_.strays()) {
@@ -164,7 +165,7 @@ std::vector<MotionStops::Zone> MotionStops::new_zones() const {
   return out;
 }
 
-/// To the owners of stopped bodies: where they end.
+/// Sends the end poses of stopped bodies to their owners.
 void MotionStops::answer(std::span<Pose> ends) {
   Outbox outbox(communicator_.ranks());
   for (const std::uint32_t i : shared_.watched())
@@ -218,7 +219,8 @@ std::size_t MotionStops::limit(std::span<Pose> ends) {
   return stops;
 }
 
-/// Four numbers a stop: the owners of its bodies and the rank that reports it, each from 1; whether with contacts.
+/// Four numbers for each stop: the owners of its bodies and the rank that reports it, each counted from 1; and whether
+/// with contacts.
 std::vector<std::uint64_t> MotionStops::who_has(const ContactList& found) const {
   std::vector<std::uint64_t> who(4 * stops_.size());
   const auto own = static_cast<std::uint64_t>(communicator_.rank()) + 1;
@@ -239,7 +241,7 @@ std::vector<std::uint64_t> MotionStops::who_has(const ContactList& found) const 
   return who;
 }
 
-/// The second body of a pair that no rank reports goes to the owner of the first.
+/// Lends the second body of a pair that no rank reports to the owner of the first.
 void MotionStops::lend(std::span<const std::uint64_t> who) {
   Outbox outbox(communicator_.ranks());
   bool any = false;

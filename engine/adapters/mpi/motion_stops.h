@@ -25,34 +25,35 @@ class MotionStops {
  public:
   MotionStops(Communicator& communicator, Bodies& bodies, PairOfIds allows);
 
-  /// Collective. Takes back the ends (one an index) of owned bodies as far as needed; returns the stops of all ranks.
+  /// Collective. Moves the end poses (one an index) of owned bodies back as far as needed; returns the number of stops
+  /// on all ranks.
   std::size_t limit(std::span<Pose> ends);
 
-  /// Whether some rank stopped a body in the last limit().
+  /// True if some rank stopped a body in the last limit().
   bool any() const { return !stops_.empty(); }
-  /// Collective, where any(), before the next response: on one rank a stopped pair without a contact gets the one at
-  /// the nearest points. Both bodies are on that rank then. `found`: what the rank reports.
+  /// Collective, if any(), before the next response: gives each stopped pair without a contact, on one rank that then
+  /// has both bodies, a contact at the nearest points. `found`: the contacts that this rank reports.
   const ContactList& with_contacts(const ContactList& found);
-  /// Whether another rank has a stopped pair that none reports; after with_contacts.
+  /// True if another rank has a stopped pair that none reports; after with_contacts.
   bool is_elsewhere(const IdPair& ids) const;
-  /// As if nothing had been stopped in the last limit().
+  /// Forgets the stops of the last limit().
   void forget() { stops_.clear(); }
   template <class IsGone>
   void forget(const IsGone& is_gone) {
     std::erase_if(stops_, [&](const IdPair& ids) { return is_gone(ids.a) || is_gone(ids.b); });
   }
 
-  /// Adds what was sent since the last call.
+  /// Adds the traffic since the last call.
   void count_sent(std::uint64_t& bytes, std::uint64_t& messages) {
     bytes += std::exchange(bytes_, 0);
     messages += std::exchange(messages_, 0);
   }
 
  private:
-  /// Where a watched body goes, or looked for others after it was stopped.
+  /// The box of a watched body's motion, or one that it searched after it was stopped.
   struct Zone {
     GlobalId id = 0;
-    int rank = 0;  // its owner
+    int rank = 0;  // rank of the body's owner
     Aabb box{};
   };
   struct Near {
@@ -75,16 +76,16 @@ class MotionStops {
   Communicator& communicator_;
   Bodies& bodies_;
   PairOfIds allows_;
-  FirstStops own_, shared_;  // of this rank's bodies; of those that it solves
-  std::vector<Zone> zones_;  // of all ranks
-  std::vector<int> homes_;   // one a zone: who solves its group
+  FirstStops own_, shared_;  // stops of this rank's bodies; of those that it solves
+  std::vector<Zone> zones_;  // zones of all ranks
+  std::vector<int> homes_;   // one a zone: the rank that solves its group
   BoxQueries tree_;
   Scene scene_;  // bodies near the groups that this rank solves, in the order of their ids
   std::vector<GlobalId> ids_;
   std::vector<int> owners_;
   std::vector<Pose> ends_;
-  std::unordered_map<std::uint32_t, ShapeId> shapes_;  // in scene_, by place among the pipeline's
-  std::vector<IdPair> stops_;                          // of all ranks, ascending
+  std::unordered_map<std::uint32_t, ShapeId> shapes_;  // in scene_, by place among the pipeline's shapes
+  std::vector<IdPair> stops_;                          // pairs stopped on all ranks, ascending
   std::vector<IdPair> elsewhere_;
   ContactList with_stopped_;
   std::uint64_t bytes_ = 0, messages_ = 0;

@@ -1,3 +1,4 @@
+// The pipeline over ranks: a step from changes to contacts.
 #include "tandem/mpi/pipeline.h"
 
 #include <algorithm>
@@ -45,7 +46,7 @@ Options checked(Options options) {
   return options;
 }
 
-/// Of what decides which answers there are and what goes from rank to rank.
+/// A hash of the options that decide which answers there are and what is sent between ranks.
 std::uint64_t hash_of(const AnswerOptions& answer) {
   std::uint64_t hash = 0;
   for (const double x : {static_cast<double>(answer.request), answer.margin, answer.tolerance, answer.keep_contacts,
@@ -54,7 +55,7 @@ std::uint64_t hash_of(const AnswerOptions& answer) {
   return hash;
 }
 
-/// Of its size, how far a body may be from where its kept answers have it.
+/// How far a body may be from the pose of its kept answers, as a fraction of its size.
 double rest_of(const AnswerOptions& answer) {
   return answer.request == Request::collide ? 0 : tolerance::rest_share * answer.keep_contacts;
 }
@@ -80,7 +81,7 @@ Pipeline::Impl::Impl(MPI_Comm of, Options wanted)
 
 PipelineOptions Pipeline::Impl::detecting() {
   PipelineOptions out = options.rank;
-  out.answer.contact_hash = false;  // the sum stands for it
+  out.answer.contact_hash = false;  // replaced by the sum of pairs' hashes
   out.predicate = [this](std::span<Pair> candidates) {
     const std::size_t kept = take_own(candidates);
     return options.rank.predicate ? options.rank.predicate(candidates.first(kept)) : kept;
@@ -129,7 +130,7 @@ bool Pipeline::Impl::check_ahead() {
   }
 }
 
-/// Adds first, so that every rank's changes find what any rank added; then the others, by ranks.
+/// Applies additions first, so that the other changes of any rank find them; then those, by ranks.
 void Pipeline::Impl::apply_changes(Report& report) {
   const auto begin = Clock::now();
   const double cpu = cpu_ms();
@@ -147,7 +148,7 @@ void Pipeline::Impl::apply_changes(Report& report) {
   record("exchange", begin, checked);
   record("wait", checked, Clock::now());
   expected = all[3] == 0;
-  if (all[1] != ~all[2]) {  // all know it; a body of a shape that another rank does not have cannot go there
+  if (all[1] != ~all[2]) {  // all ranks agree to fail: a body must not go to a rank that lacks its shape
     bodies.check_again();
     note_failure(
         "the ranks have different shapes or answer options: all must add the same shapes in the same order, and have "
@@ -166,7 +167,7 @@ void Pipeline::Impl::apply_changes(Report& report) {
   send_changes(own);
 }
 
-/// Of an id that several ranks add the directory knows one owner; the others take theirs back.
+/// Of an id that several ranks add the directory accepts one owner; the others remove theirs.
 void Pipeline::Impl::add_bodies(std::span<const Change> own) {
   const auto tell = [&] { bodies.directory().tell([&](GlobalId id) { return bodies.owns_id(id); }); };
   tell();
@@ -227,7 +228,7 @@ void Pipeline::Impl::send_changes(std::span<const Change> own) {
     while (!message.content.done()) apply(message.content.take<Change>());
 }
 
-/// Collective: regions of equal weight.
+/// Collective: cuts regions of equal weight.
 void Pipeline::Impl::cut(std::span<const float> weights) {
   const auto begin = Clock::now();
   std::vector<Vec3> points;
@@ -237,14 +238,15 @@ void Pipeline::Impl::cut(std::span<const float> weights) {
   for (std::uint32_t i = 0; i < scene.indices(); ++i) {
     if (!scene.alive(i) || !bodies.owns(i)) continue;
     const float weight = weights.empty() ? 1 : weights[k++];
-    if (!scene.shape_of(i).is_bounded()) continue;  // it is everywhere
+    if (!scene.shape_of(i).is_bounded()) continue;  // an unbounded body is everywhere
     points.push_back(bodies.centre(i));
     own.push_back(weight);
   }
   std::uint64_t all_points[] = {points.size()};
   communicator.sum(std::span<std::uint64_t>(all_points));
   if (all_points[0] == 0) return;
-  learns_cost = regions.is_cut();  // the first cut sends all bodies from wherever they were added
+  // The first cut sends all bodies from wherever they were added, so its cost says nothing.
+  learns_cost = regions.is_cut();
   if (regions.cut(points, own)) recut = true;
   cut_ms = ms_since(begin);
 }
@@ -264,7 +266,7 @@ void Pipeline::Impl::exchange(Report& report) {
   hand_over(report);
 }
 
-/// What is kept of pairs goes to the ranks that report them from now on.
+/// Sends the kept answers of pairs to the ranks that report them from now on.
 void Pipeline::Impl::hand_over(Report& report) {
   if (!kept.keeps()) return;
   const auto begin = Clock::now();
@@ -331,7 +333,7 @@ void Pipeline::Impl::detect(Report& report) {
   report.rank.detection.contact_hash = sum;
 }
 
-/// What all ranks know after it.
+/// Combines the results of all ranks.
 void Pipeline::Impl::put_together(Report& report) {
   const StepReport& own = report.rank.detection;
   report.rank.owned = bodies.owned();
@@ -371,7 +373,7 @@ void Pipeline::Impl::put_together(Report& report) {
   cut_ms = 0;
   if (sums[10] == 0) return;
   found = false;
-  begin_anew();  // ranks that did not fail know more
+  begin_anew();  // ranks that did not fail have more to keep
   throw_failure();
 }
 
@@ -419,7 +421,7 @@ Report Pipeline::Impl::step() {
   } catch (const StepError&) {
     throw;
   } catch (...) {
-    // The others wait for what this rank will not send.
+    // The others wait for messages that this rank will not send.
     if (communicator.ranks() > 1) communicator.abort_for_exception();
     throw;
   }

@@ -20,12 +20,12 @@ namespace tandem::mpi {
 
 using Clock = std::chrono::steady_clock;
 
-/// What a Pipeline of one rank consists of.
+/// The members of a Pipeline on one rank.
 struct Pipeline::Impl {
   Impl(MPI_Comm of, Options wanted);
 
   Report step();
-  /// Collective: each pair on the rank that `to` gives for its first body.
+  /// Collective: sends each pair to the rank that `to` returns for its first body.
   GatheredContacts gather(const std::function<int(GlobalId)>& to) const;
   GatheredContacts share() const;
   std::uint64_t list_hash(const GatheredContacts& share) const;
@@ -57,16 +57,16 @@ struct Pipeline::Impl {
   Rebalancer rebalancer;
   Costs costs;
   ExecutionReport last;
-  bool counts_costs = false;  // in the step at hand
+  bool counts_costs = false;  // in the present step
   std::atomic<std::uint64_t> pairs{0};
   std::vector<Change> changes;
-  std::string failure;    // of the step at hand, on this rank
+  std::string failure;    // of the present step, on this rank
   bool found = false;     // contacts() are those of the last step
-  bool expected = false;  // no rank gets a message that it does not expect, in the step at hand
-  bool recut = false;     // regions are not those of the last exchange
+  bool expected = false;  // in the present step no rank gets a message that it does not expect
+  bool recut = false;     // the regions have changed since the last exchange
   bool learns_cost = false;
   double cut_ms = 0;
-  bool has_continuous = false;  // some rank has a continuous body, in the last step
+  bool has_continuous = false;  // some rank has a continuous body, as of the last step
   std::uint64_t steps = 0;
   Timeline* timeline = nullptr;
   tandem::Pipeline detection;

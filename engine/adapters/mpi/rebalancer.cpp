@@ -1,3 +1,4 @@
+// Decides when regions are cut anew.
 #include "rebalancer.h"
 
 #include <utility>
@@ -5,7 +6,7 @@
 namespace tandem::mpi {
 namespace {
 
-constexpr int measured_steps = 2;  // of those from a cut to its verification
+constexpr int measured_steps = 2;  // steps measured between a cut and its verification
 
 }  // namespace
 
@@ -42,7 +43,7 @@ RebalanceDecision Rebalancer::after_step(double slowest_ms, double mean_ms) {
   } else {
     decide(decision);
   }
-  if (wants_cut_) return decision;  // by what is measured until then
+  if (wants_cut_) return decision;  // by the costs measured until then
   steps_ = measured_ = 0;
   slowest_ = mean_ = 0;
   decision.control_step = control_.steps();

@@ -17,16 +17,16 @@ class Rebalancer {
  public:
   explicit Rebalancer(const RebalanceOptions& options) : options_(options), control_(options.longest_control_step) {}
 
-  /// Whether costs are to be counted by bodies in the step that comes next: it ends with a cut, or is the first one,
-  /// so that a cut that a host asks for finds costs.
+  /// True if costs are to be counted by bodies in the next step: it ends with a cut, or is the first step, so that a
+  /// cut requested by the host has costs.
   bool counts_next() const { return options_.enabled && (wants_cut_ || is_first_); }
 
-  /// Takes one step's loads (ms, busy time a thread): all ranks give the same ones, and get the same answer.
+  /// Takes one step's loads (ms, busy time a thread); all ranks give the same ones, and get the same decision.
   RebalanceDecision after_step(double slowest_ms, double mean_ms);
 
-  /// What the cut that was made or taken back cost, slowest rank.
+  /// Notes the cost of the cut that was made or taken back, on the slowest rank.
   void learn_cost(double ms) { migration_ms_ = std::exchange(taken_back_, false) ? migration_ms_ + ms : ms; }
-  /// Regions were cut by the host's wish: the next step pays for it.
+  /// Notes a cut requested by the host, whose cost the next step bears.
   void note_cut() { cold_steps_ = cold_steps; }
 
  private:
@@ -36,14 +36,14 @@ class Rebalancer {
   void verify(RebalanceDecision& decision);
 
   RebalanceOptions options_;
-  int steps_ = 0;       // since the last measurement
-  int measured_ = 0;    // of them, without cold ones
-  int cold_steps_ = 0;  // of the next ones, which pay for a cut: caches are cold, boxes new
-  double slowest_ = 0, mean_ = 0;  // sums over the measured ones
+  int steps_ = 0;                  // steps since the last measurement
+  int measured_ = 0;               // of these, steps without cold ones
+  int cold_steps_ = 0;             // number of next steps that bear the cost of a cut: caches are cold, boxes new
+  double slowest_ = 0, mean_ = 0;  // sums over the measured steps
   ControlStep control_;
   bool is_first_ = true;
   bool wants_cut_ = false;
-  bool taken_back_ = false;  // the last cut, at a cost that is to be learnt
+  bool taken_back_ = false;  // the last cut was, at a cost that is yet to be noted
   double migration_ms_ = 0;
 };
 

@@ -1,3 +1,4 @@
+// The records that ranks send each other.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -10,7 +11,7 @@
 
 namespace tandem::mpi {
 
-/// Where a body is and how it moves, as bytes: what a copy needs to be told of a body that has moved.
+/// A body's pose and velocities, as bytes: the content of the message for a copy whose body has moved.
 struct MotionRecord {
   GlobalId id = 0;
   std::array<double, 9> rotation{};  // by columns
@@ -33,13 +34,13 @@ struct MotionRecord {
   Vec3 spin() const { return Eigen::Map<const Vec3>(angular_velocity.data()); }
 };
 
-/// All of a body, as bytes. Its shape is told by its place among the shapes, which are the same on all ranks.
+/// All data of a body, as bytes. Its shape is given by its place among the shapes, which are the same on all ranks.
 struct BodyRecord {
   MotionRecord motion;
   double density = 0;
   std::uint32_t shape = 0, group = 0, mask = 0;
   std::uint8_t is_static = 0, is_sensor = 0, is_continuous = 0;
-  std::uint8_t unused = 0;  // without it a byte was of no value, and a checksum of records too
+  std::uint8_t unused = 0;  // padding: without it a byte, and so a checksum of records, would be indeterminate
 
   static BodyRecord of(GlobalId id, const Scene& scene, std::uint32_t index) {
     BodyRecord out;
@@ -55,9 +56,9 @@ struct BodyRecord {
   }
 };
 
-/// A change of a body that some rank asked for.
+/// A change of a body that some rank requested.
 struct Change {
-  /// From `shape` on more changes than a pose: copies need all of the body.
+  /// From `shape` on more than the pose changes: copies need all data of the body.
   enum class Kind : std::uint32_t {
     add,
     remove,
@@ -72,7 +73,7 @@ struct Change {
   };
   Kind kind = Kind::add;
   std::uint32_t unused = 0;
-  BodyRecord body;  ///< its id, and what the kind says
+  BodyRecord body;  ///< its id, and the data of the kind of change
 
   GlobalId id() const { return body.motion.id; }
 };
@@ -129,7 +130,7 @@ struct ContactRecord {
   }
 };
 
-/// A KeptRest that may be none, as bytes.
+/// An optional KeptRest, as bytes.
 struct RestRecord {
   std::array<double, 9> rotation{};  // by columns
   std::array<double, 3> translation{};
@@ -194,28 +195,28 @@ struct KeptPairRecord {
   }
 };
 
-/// What a message of the exchange holds, item after item: one of these, then what it says.
+/// The items of a message of the exchange: each is one of these numbers, then the listed data.
 enum class Item : std::uint8_t {
   body,   ///< BodyRecord, with RestRecord where answers are kept, as in `owned`: a copy, or one that takes the place of
           ///< the copy that is there
   owned,  ///< BodyRecord, RestRecord, the number of copies (std::uint32_t), their ranks (int): from now on the
           ///< receiver's
-  moved,  ///< MotionRecord
-  owner,  ///< GlobalId, rank (int): of a copy, told of by that rank from now on
+  moved,  ///< MotionRecord: a copy's body has moved
+  owner,  ///< GlobalId, rank (int): the new owner of a copy's body, which reports it from now on
   gone,   ///< GlobalId: the copy is no longer needed
-  left,   ///< BodyRecord: the same, where answers are kept: of pairs whose kept answers go on from there
-  change,  ///< Change: of a body that the receiver owns
+  left,   ///< BodyRecord: the same where answers are kept; pairs of the body continue on other ranks
+  change,  ///< Change: a change of a body that the receiver owns
 };
 
-/// What a message of the response holds, item after item: one of these, then what it says.
+/// The items of a message of the response: each is one of these numbers, then the listed data.
 enum class ResponseItem : std::uint8_t {
-  moved,   ///< MotionRecord: of a copy, by a host's hand after the step
-  use,     ///< GlobalId, IdPair: of a body that the receiver owns, moved by a pair that the sender reports
-  order,   ///< GlobalId, a number (std::uint32_t), so many ranks (int): of a used body's pairs, in the order of their
-           ///< ids
-  left,    ///< IdPair, impulses: of a pair that the sender solved in the step before and no longer reports
-  wanted,  ///< IdPair: which the sender solves and did not before
-  kept,    ///< IdPair, impulses: an answer to it
+  moved,   ///< MotionRecord: a copy's body, moved by the host after the step
+  use,     ///< GlobalId, IdPair: a body that the receiver owns, moved by a pair that the sender reports
+  order,   ///< GlobalId, a number (std::uint32_t), so many ranks (int): those that report the body's pairs, in the
+           ///< order of the pairs' ids
+  left,    ///< IdPair, impulses: a pair that the sender solved in the step before and no longer reports
+  wanted,  ///< IdPair: a pair that the sender solves and did not solve before
+  kept,    ///< IdPair, impulses: the answer to `wanted`
 };
 
 }  // namespace tandem::mpi

@@ -1,3 +1,4 @@
+// The regions of space that ranks own, by Zoltan's recursive bisection.
 #include "regions.h"
 
 #include <zoltan.h>
@@ -26,7 +27,7 @@ int count_points(void* data, int* error) {
 void list_points(void* data, int, int, ZOLTAN_ID_PTR ids, ZOLTAN_ID_PTR local, int, float* weights, int* error) {
   const Points& all = *static_cast<const Points*>(data);
   for (std::size_t i = 0; i < all.points.size(); ++i) {
-    ids[i] = local[i] = static_cast<ZOLTAN_ID_TYPE>(i);  // what matters is the cuts alone
+    ids[i] = local[i] = static_cast<ZOLTAN_ID_TYPE>(i);  // only the cuts matter
     weights[i] = all.weights[i];
   }
   *error = ZOLTAN_OK;
@@ -107,7 +108,7 @@ void Regions::take_back() {
 void Regions::read_cut() {
   ranks_.resize(static_cast<std::size_t>(communicator_.ranks()));
   if (cut_ == nullptr) {
-    // Nothing lies in the others' regions.
+    // No point lies in the regions of the others.
     own_.lo.fill(communicator_.rank() == 0 ? -everywhere : everywhere);
     own_.hi.fill(everywhere);
     is_box_ = true;
@@ -116,10 +117,9 @@ void Regions::read_cut() {
   int axes = 0;
   auto &lo = own_.lo, &hi = own_.hi;
   Zoltan_RCB_Box(cut_, communicator_.rank(), &axes, &lo[0], &lo[1], &lo[2], &hi[0], &hi[1], &hi[2]);
-  // Where a cut of a group of ranks without points lies outside of the group's own region, Zoltan tells a box that
-  // reaches into others'; its assignment of points and boxes does not.
-  // A box that touches a cut from below is told to reach the other side, too, though the cut itself is the lower
-  // side's.
+  // Where a cut of a group of ranks without points lies outside of the group's own region, Zoltan reports a box that
+  // reaches into others'; its assignment of points and boxes does not. A box that touches a cut from below is reported
+  // on both sides, though the cut itself belongs to the lower side.
   std::array<double, 3> first{}, last{};
   for (std::size_t i = 0; i < 3; ++i) {
     first[i] = std::nextafter(lo[i], everywhere);
@@ -128,7 +128,7 @@ void Regions::read_cut() {
   int count = 0;
   Zoltan_LB_Box_Assign(cut_, first[0], first[1], first[2], last[0], last[1], last[2], ranks_.data(), &count);
   is_box_ = count == 1 && ranks_[0] == communicator_.rank();
-  // The outer sides are open.
+  // The outer sides are unbounded.
   for (std::size_t i = 0; i < 3; ++i) {
     if (lo[i] <= -std::numeric_limits<double>::max()) lo[i] = -everywhere;
     if (hi[i] >= std::numeric_limits<double>::max()) hi[i] = everywhere;
@@ -145,7 +145,7 @@ Region Regions::own() const {
 
 int Regions::owner(const std::array<double, 3>& point) const {
   if (cut_ == nullptr) return 0;
-  auto place = point;  // it is not const there
+  auto place = point;  // Zoltan's parameter is not const
   int owner = 0;
   Zoltan_LB_Point_Assign(cut_, place.data(), &owner);
   return owner;

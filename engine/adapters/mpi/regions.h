@@ -10,7 +10,8 @@ struct Zoltan_Struct;
 
 namespace tandem::mpi {
 
-/// A body's box, outward to floats, as the broad phase has it: pairs that it finds have boxes here that overlap, too.
+/// A body's box, rounded outward to floats, as for the broad phase: pairs that it finds have boxes here that overlap,
+/// too.
 struct FloatBox {
   std::array<float, 3> lo{}, hi{};
 
@@ -21,7 +22,7 @@ struct FloatBox {
   }
 };
 
-/// What lies in (lo, hi] on every axis.
+/// The points in (lo, hi] on every axis.
 struct Region {
   std::array<double, 3> lo{}, hi{};
 
@@ -37,34 +38,34 @@ struct Region {
   }
 };
 
-/// Space cut into a region a rank by Zoltan's recursive coordinate bisection (Berger and Bokhari 1987): every rank
-/// knows all cuts, so that it can tell without a word whose a place is.
+/// Space divided into a region for each rank by Zoltan's recursive coordinate bisection (Berger and Bokhari 1987).
+/// Every rank knows all cuts, so it can tell the owner of a point without a message.
 class Regions {
  public:
-  /// Collective. All of space is rank 0's until the first cut.
+  /// Collective. All of space belongs to rank 0 until the first cut.
   explicit Regions(const Communicator& communicator);
   ~Regions();
   Regions(const Regions&) = delete;
   Regions& operator=(const Regions&) = delete;
 
-  /// Collective: cuts anew so that the weights (>= 0) of all ranks' points are shared evenly; there
-  /// must be some. False, and nothing is changed, if Zoltan fails.
+  /// Collective: cuts anew so that the weights (>= 0) of all ranks' points are evenly distributed; there must be at
+  /// least one point. Returns false, and changes nothing, if Zoltan fails.
   bool cut(std::span<const Vec3> points, std::span<const float> weights);
-  /// Back to the cuts before the last.
+  /// Restores the cuts before the last.
   void take_back();
   bool is_cut() const { return cut_ != nullptr; }
 
   /// The rank whose region holds a point. From any thread.
   int owner(const std::array<double, 3>& point) const;
-  /// Whether that is this rank. From any thread.
+  /// True if this rank owns the point. From any thread.
   bool holds(const std::array<double, 3>& point) const {
     return is_box_ ? own_.holds(point) : owner(point) == communicator_.rank();
   }
-  /// False if any of the box is others' (it may be false although none is). From any thread.
+  /// True only if the whole box is this rank's (it may be false although it is). From any thread.
   bool holds(const FloatBox& box) const { return is_box_ && own_.holds(box); }
-  /// This rank's region, or an empty one: what lies in it is certainly not others'.
+  /// This rank's region, or an empty one: no point in it is another rank's.
   Region own() const;
-  /// The ranks whose regions a box reaches into, by rank. Good until the next call.
+  /// The ranks whose regions a box reaches into, by rank. Valid until the next call.
   std::span<const int> reached(const FloatBox& box) const;
 
  private:

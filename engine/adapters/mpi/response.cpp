@@ -1,3 +1,4 @@
+// Solves the contacts of all ranks, colour by colour.
 #include "tandem/mpi/response.h"
 
 #include <oneapi/tbb/task_arena.h>
@@ -28,7 +29,7 @@ double ms_passed(Clock::time_point begin) {
   return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
 }
 
-/// Impulses of a pair, as bytes.
+/// The impulses of a pair, as bytes.
 struct Impulses {
   std::array<double, 3> rolling{};
   std::vector<KeptPoint> points;
@@ -82,7 +83,7 @@ struct Response::Impl {
     std::uint32_t place = 0;  // in the solver
   };
   struct Left {
-    int rank = 0;  // who asks
+    int rank = 0;  // the rank that asks
     std::optional<Impulses> impulses;
   };
 
@@ -94,19 +95,20 @@ struct Response::Impl {
   SharedBodies shared{pipeline.communicator, pipeline.bodies};
   VelocityExchange velocities{pipeline.communicator};
   MotionStops stops;
-  std::vector<Pose> ends;                      // one an index, where there are continuous bodies
-  const ContactList* list = nullptr;           // of what is reported and of bodies that were stopped in the step before
-  const ContactList* found = nullptr;          // without the latter
+  std::vector<Pose> ends;  // one for each index, if there are continuous bodies
+  // The reported contacts and those of bodies that were stopped in the step before.
+  const ContactList* list = nullptr;
+  const ContactList* found = nullptr;          // the reported contacts alone
   std::vector<OwnPair> pairs;                  // ascending by ids
-  std::vector<std::uint32_t> colours, before;  // one a pair of the list
+  std::vector<std::uint32_t> colours, before;  // one for each pair of the list
   std::vector<Solved> solved;                  // in the last response, ascending by ids
-  std::map<IdPair, Left> left;                 // what ranks have told this one as the home of pairs
-  bool moved_after = false;                    // a copy, after the pipeline's step
-  std::uint64_t pipeline_steps = 0;            // after the last response
-  std::unique_ptr<tbb::task_arena> arena;      // where the caller's has another number of threads
+  std::map<IdPair, Left> left;                 // data that ranks have sent to this one as the home of pairs
+  bool moved_after = false;                    // a copy was moved after the pipeline's step
+  std::uint64_t pipeline_steps = 0;            // number of steps after the last response
+  std::unique_ptr<tbb::task_arena> arena;      // if the caller's has another number of threads
 };
 
-/// An id may name another body only after a step without a response: else its pairs have been missing in one.
+/// Forgets the impulses of removed bodies: an id may be used for another body at once, whose pairs had no impulses.
 void Response::Impl::forget_removed() {
   const std::vector<GlobalId> removed = pipeline.bodies.take_removed();
   const std::uint64_t steps = std::exchange(pipeline_steps, pipeline.steps);
@@ -135,7 +137,7 @@ void Response::Impl::list_pairs() {
   std::sort(pairs.begin(), pairs.end(), [](const OwnPair& x, const OwnPair& y) { return x.ids < y.ids; });
 }
 
-/// Where the impulses of the step before are, of pairs that were solved here.
+/// Finds the impulses of the step before for pairs that were solved on this rank.
 void Response::Impl::find_before() {
   before.assign(list->pairs.size(), ContactSolver::none);
   auto old = solved.begin();
@@ -145,15 +147,15 @@ void Response::Impl::find_before() {
   }
 }
 
-/// Whatever touches a body in this rank's own region (of the last exchange: it may have been cut anew since) is
-/// reported here.
+/// True if impulses of a pair may be on another rank. All contacts of a body in this rank's own region (of the last
+/// exchange: it may have been cut anew since) are reported here.
 bool Response::Impl::may_be_elsewhere(const IdPair& ids) const {
   if (stops.any() && stops.is_elsewhere(ids)) return true;
   const auto a = pipeline.bodies.place(ids.a), b = pipeline.bodies.place(ids.b);
   return !a || !b || !(pipeline.bodies.is_inside(*a) || pipeline.bodies.is_inside(*b));
 }
 
-/// Impulses follow their pair to the rank that reports it now, by way of a rank that both can name.
+/// Sends impulses to the rank that now reports their pair, by way of the pair's home rank.
 void Response::Impl::write_before(Outbox& outbox) {
   const int ranks = pipeline.communicator.ranks();
   for (const OwnPair& pair : pairs) {
@@ -230,7 +232,7 @@ void Response::Impl::read_second(RankMessage& message) {
     }
 }
 
-/// Bodies that a host has moved after the pipeline's step.
+/// Writes bodies that a host has moved after the pipeline's step.
 void Response::Impl::write_untold(Outbox& outbox) const {
   pipeline.bodies.each_untold([&](std::uint32_t index, std::span<const int> ranks) {
     for (const int rank : ranks) {
@@ -254,7 +256,7 @@ void Response::Impl::take_stops(RankResponseReport& report) {
   list = &stops.with_contacts(*list);
 }
 
-/// Who solves what, in which colours, and from which impulses on.
+/// Determines which rank solves which pairs, in which colours, and from which impulses.
 void Response::Impl::agree(RankResponseReport& report) {
   list_pairs();
   find_before();
@@ -303,7 +305,7 @@ void Response::Impl::solve() {
   }
 }
 
-/// Where continuous bodies end.
+/// Limits the end poses of continuous bodies.
 void Response::Impl::limit_motion(RankResponseReport& report) {
   ends.clear();
   stops.forget();
@@ -313,7 +315,7 @@ void Response::Impl::limit_motion(RankResponseReport& report) {
   report.response.stops = stops.limit(ends);
 }
 
-/// Those that this rank owns; others hear of them in the pipeline's next step.
+/// Writes back the bodies that this rank owns; others learn of them in the pipeline's next step.
 void Response::Impl::put_back(RankResponseReport& report) {
   const Scene& scene = pipeline.bodies.scene();
   const std::vector<std::uint32_t>& moving = bodies.moving();
@@ -367,7 +369,7 @@ RankResponseReport Response::Impl::step(bool with_contacts) {
       arena->execute([&] { move(report); });
     }
   } catch (...) {
-    // The others wait for what this rank will not send.
+    // The others wait for messages that this rank will not send.
     if (pipeline.communicator.ranks() > 1) pipeline.communicator.abort_for_exception();
     throw;
   }

@@ -1,3 +1,4 @@
+// Colours the pairs of bodies that several ranks move, in the order of one rank.
 #include "shared_bodies.h"
 
 #include <algorithm>
@@ -68,7 +69,7 @@ void SharedBodies::read_order(Message& message, int owner) {
   for (auto count = message.take<std::uint32_t>(); count > 0; --count) body.ranks.push_back(message.take<int>());
 }
 
-/// Which pair waits for which one.
+/// Links each pair to the pairs that wait for it.
 void SharedBodies::link_pairs() {
   const std::size_t indices = bodies_.scene().indices();
   std::sort(shared_.begin(), shared_.end(), [](const SharedBody& x, const SharedBody& y) { return x.id < y.id; });
@@ -96,12 +97,12 @@ void SharedBodies::link_pairs() {
   }
 }
 
-/// A body's next pair here no longer waits for it.
+/// After a pair got its colour: the body's next pair on this rank no longer waits for it.
 void SharedBodies::let_go(std::uint32_t side) {
   if (side != none && --waits_[side / 2] == 0) ready_.push_back(side / 2);
 }
 
-/// To the rank of the next pair; after the last one to all.
+/// Sends the body's colours to the rank of its next pair; after the last one to all.
 void SharedBodies::pass_on(SharedBody& body) {
   const std::size_t known = body.colours.size();
   const bool complete = known == body.ranks.size();

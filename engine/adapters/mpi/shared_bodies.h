@@ -19,8 +19,8 @@ struct OwnPair {
   std::array<bool, 2> moves{};
 };
 
-/// A moving body with pairs that other ranks report than its owner alone. All of its pairs in the order of their ids:
-/// who reports each, and the colours that are known, which are the first ones.
+/// A moving body with pairs reported by other ranks than its owner: all of its pairs in the order of their ids, with
+/// the rank that reports each, and the colours that are known, which are the first ones.
 struct SharedBody {
   GlobalId id = 0;
   std::uint32_t index = 0;
@@ -36,18 +36,18 @@ class SharedBodies {
  public:
   SharedBodies(Communicator& communicator, const Bodies& bodies) : communicator_(communicator), bodies_(bodies) {}
 
-  /// `pairs`: ascending by ids. They must outlive the step.
+  /// `pairs`: ascending by ids; they must outlive the step.
   void begin(std::span<const OwnPair> pairs);
-  /// To the owners: which pairs move copies here.
+  /// Writes to owners which pairs on this rank move copies of their bodies.
   void write_uses(Outbox& outbox) const;
   void read_use(Message& message, int rank);
-  /// Once all owners know: whose pairs move their bodies, to those who asked. One's own do not go through a message.
+  /// Once all owners know: writes the pairs that move their bodies to the ranks that asked. Own ones need no message.
   void write_orders(Outbox& outbox);
   void read_order(Message& message, int owner);
-  /// Collective. `colours`: one a pair of the rank's list.
+  /// Collective. `colours`: one for each pair of the rank's list.
   void give_colours(std::vector<std::uint32_t>& colours);
 
-  /// Those of this rank, ascending by ids; all colours are known after give_colours.
+  /// The shared bodies on this rank, ascending by ids; all colours are known after give_colours.
   std::span<const SharedBody> shared() const { return shared_; }
   std::uint64_t bytes_sent() const { return bytes_; }
   std::uint64_t messages_sent() const { return messages_; }
@@ -70,16 +70,17 @@ class SharedBodies {
   Communicator& communicator_;
   const Bodies& bodies_;
   std::span<const OwnPair> pairs_;
-  std::vector<Use> uses_;  // of own bodies, by others
+  std::vector<Use> uses_;  // uses of own bodies by others
   std::vector<SharedBody> shared_;
-  // Sides are 2 * pair + (0 or 1).
-  std::vector<std::uint32_t> next_side_;  // a side: the body's next one here
-  std::vector<std::uint32_t> next_of_;    // an index: the side of the body's next pair here that has no colour
-  std::vector<std::uint32_t> shared_of_;  // an index: in shared_
-  std::vector<std::uint8_t> waits_;       // a pair: for how many bodies
+  // A side is 2 * pair + (0 or 1): one of a pair's two bodies.
+  std::vector<std::uint32_t> next_side_;  // for each side: the body's next side on this rank
+  // For each index: the side of the body's next pair on this rank without a colour.
+  std::vector<std::uint32_t> next_of_;
+  std::vector<std::uint32_t> shared_of_;  // for each index: its place in shared_
+  std::vector<std::uint8_t> waits_;       // for each pair: the number of bodies it waits for
   std::vector<std::uint32_t> ready_;
-  std::vector<TakenColours> taken_;  // an index
-  std::vector<Message> outgoing_;    // a rank
+  std::vector<TakenColours> taken_;  // one for each index
+  std::vector<Message> outgoing_;    // one for each rank
   std::size_t coloured_ = 0, complete_ = 0;
   std::uint64_t bytes_ = 0, messages_ = 0;
 };

@@ -1,3 +1,4 @@
+// Sends velocities between ranks after each colour of the solver.
 #include "velocity_exchange.h"
 
 #include <algorithm>

@@ -9,17 +9,18 @@
 
 namespace tandem::mpi {
 
-/// Carries velocities between ranks that solve one list of pairs colour by colour: after a colour the body that a pair
-/// of it has moved goes to the rank of its next pair, and after its last one to all that use it, which so all begin the
-/// next pass alike. Who sends what when follows from the colours alone, and is the same in every pass.
+/// Sends velocities between ranks that solve one list of pairs colour by colour. After a colour, each body that one of
+/// its pairs has moved goes to the rank of the body's next pair, and after the last pair to all ranks that use it, so
+/// that all begin the next pass alike. The schedule of messages follows from the colours alone, and is the same in
+/// every pass.
 class VelocityExchange {
  public:
   explicit VelocityExchange(Communicator& communicator) : communicator_(communicator) {}
 
   void plan(std::span<const SharedBody> shared);
-  /// After a colour of this rank: what others need of it, and what they have done until then.
+  /// After a colour of this rank: sends what others need of it, and receives what they have done until then.
   void after(std::uint32_t colour, std::vector<SolverBody>& bodies);
-  /// What other ranks do after this one's last colour.
+  /// Receives the results of other ranks after this one's last colour.
   void end_pass(std::vector<SolverBody>& bodies);
 
   std::uint64_t bytes_sent() const { return bytes_; }
@@ -27,7 +28,7 @@ class VelocityExchange {
   double wait_ms() const { return wait_ms_; }
 
  private:
-  /// Velocities of bodies_[first, end) from or to a rank, after a colour.
+  /// The velocities of bodies_[first, end), to or from a rank, after a colour.
   struct Parcel {
     std::uint32_t colour = 0;
     int rank = 0;
@@ -36,7 +37,7 @@ class VelocityExchange {
   struct Parcels {
     std::vector<Parcel> all;  // by colour, then rank
     std::vector<std::uint32_t> bodies;
-    std::size_t next = 0;  // in the pass at hand
+    std::size_t next = 0;  // in the present pass
     bool due(std::uint32_t colour) const { return next < all.size() && all[next].colour <= colour; }
   };
   struct Stop {

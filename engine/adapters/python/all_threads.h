@@ -6,7 +6,7 @@
 
 namespace tandem::python {
 
-/// A PartRunner that shares the work on the threads of the caller's arena.
+/// A PartRunner that distributes the work over the threads of the caller's arena.
 inline void on_all_threads(std::size_t parts, const std::function<void(std::size_t)>& part) {
   tbb::parallel_for(std::size_t{0}, parts, part);
 }

@@ -1,3 +1,4 @@
+// Conversions between numpy arrays and vectors, poses and indices.
 #include "arrays.h"
 
 #include <tbb/blocked_range.h>
@@ -16,7 +17,7 @@
 namespace tandem::python {
 namespace {
 
-constexpr std::size_t matrices_ahead = 16;  // that are fetched before they are read
+constexpr std::size_t matrices_ahead = 16;  // number of matrices that are prefetched ahead
 
 std::string shape_text(const py::array& array) {
   std::string text = "(";
@@ -46,7 +47,7 @@ py::array any_array(const py::handle& value, std::string_view what) {
 
 std::string element(std::string_view what, std::size_t i) { return std::string(what) + "[" + std::to_string(i) + "]"; }
 
-// Of a homogeneous matrix, 16 numbers row by row.
+// True if a homogeneous matrix, 16 numbers row by row, has the last row 0 0 0 1.
 bool has_last_row(const double* m) { return m[12] == 0 && m[13] == 0 && m[14] == 0 && m[15] == 1; }
 
 using Two [[gnu::vector_size(16)]] = double;
@@ -57,7 +58,7 @@ Two load(const double* from) {
 }
 void store(Two two, double* to) { std::memcpy(to, &two, sizeof two); }
 
-// Rows to columns, two numbers at a time: a batch has them by the hundred thousand.
+// Transposes rows to columns, two numbers at a time: a batch has matrices by the hundred thousand.
 void read_matrix(const double* m, Pose& pose) {
   const Two x = load(m), y = load(m + 4), z = load(m + 8);
   double* columns = pose.rotation.data();
@@ -73,7 +74,7 @@ void require_last_row(const double* m, std::string_view what) {
     refuse(what, "the last row of a (4, 4) matrix is not 0, 0, 0, 1", "a rotation and a translation");
 }
 
-// Of a translation, then a quaternion w, x, y, z.
+// The quaternion of seven numbers: a translation, then w, x, y, z.
 Quat quaternion(const double* v) { return {v[3], v[4], v[5], v[6]}; }
 
 bool has_unit_quaternion(const double* v) { return std::abs(quaternion(v).norm() - 1) <= tolerance::quaternion_norm; }
@@ -85,7 +86,8 @@ void require_unit_quaternion(const double* v, std::string_view what) {
     refuse(what, "a quaternion (w, x, y, z) of length " + std::to_string(quaternion(v).norm()), "length 1");
 }
 
-// Seven numbers of a list or tuple, without an array: numpy takes a microsecond for one. False for anything else.
+// Reads seven numbers of a list or tuple without making an array, which takes numpy a microsecond. False for anything
+// else.
 bool seven_numbers(const py::handle& value, std::array<double, 7>& out) {
   if (PyList_CheckExact(value.ptr()) == 0 && PyTuple_CheckExact(value.ptr()) == 0) return false;
   if (PySequence_Fast_GET_SIZE(value.ptr()) != 7) return false;

@@ -1,3 +1,4 @@
+// Conversions between numpy arrays and vectors, poses and indices.
 #pragma once
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
@@ -19,31 +20,32 @@ namespace py = pybind11;
 
 using Doubles = py::array_t<double, py::array::c_style>;
 
-/// What was passed as contiguous doubles: itself where it is such an array, else a copy of any array or sequence of
-/// real numbers. Throws std::invalid_argument "WHAT: ..." for anything else.
+/// The argument as contiguous doubles: itself if it is such an array, else a copy of any array or sequence of real
+/// numbers. Throws std::invalid_argument "WHAT: ..." for anything else.
 Doubles doubles(const py::handle& value, std::string_view what);
-/// As above for an array of a shape; -1 in it allows any length.
+/// As above for an array of a given shape; -1 in it allows any length.
 Doubles doubles(const py::handle& value, std::string_view what, std::initializer_list<py::ssize_t> shape);
 
 Vec3 vec3(const py::handle& value, std::string_view what);
-/// (n, 3)
+/// Points from an array (n, 3).
 std::vector<Vec3> points(const py::handle& value, std::string_view what);
-/// (n, N) whole numbers that Index has room for; N: 3 for triangles and cells of a grid, 4 for pairs of features
+/// Integers that fit Index, from an array (n, N); N: 3 for triangles and cells of a grid, 4 for pairs of features.
 template <class Index, std::size_t N>
 std::vector<std::array<Index, N>> index_rows(const py::handle& value, std::string_view what);
-/// None: the identity. (4, 4): homogeneous. (7): translation, then quaternion w, x, y, z. Throws where it is not a
+/// A pose. None: the identity. (4, 4): homogeneous. (7): translation, then quaternion w, x, y, z. Throws if it is not a
 /// pose.
 Pose pose(const py::handle& value, std::string_view what);
-/// Poses as they were passed, (..., 4, 4) or (..., 7), in order: read when they are needed, as a batch of many would
-/// feel it if all were written once more. Whether they are rotations is for the called to check.
+/// Poses as they were passed, (..., 4, 4) or (..., 7), in order: converted when they are needed, since copying all of a
+/// large batch would take noticeable time. The called function checks whether they are rotations.
 class PoseRows {
  public:
-  /// Throws std::invalid_argument where the array's shape is another one.
+  /// Throws std::invalid_argument for an array of another shape.
   PoseRows(const py::handle& value, std::string_view what);
   std::size_t size() const { return size_; }
   /// The numbers of (..., 4, 4), else empty.
   std::span<const double> matrices() const { return {numbers_, matrices_ ? 16 * size_ : 0}; }
-  /// Those from `first` on; without the GIL, from any thread. Throws std::invalid_argument where one is not a pose.
+  /// Converts the poses from `first` on; without the GIL, from any thread. Throws std::invalid_argument if one is not a
+  /// pose.
   void read(std::size_t first, std::span<Pose> out) const;
 
  private:
@@ -53,7 +55,7 @@ class PoseRows {
   bool matrices_;
   std::size_t size_;
 };
-/// All of them.
+/// All poses of an array.
 std::vector<Pose> poses(const py::handle& value, std::string_view what);
 
 Doubles to_array(const Vec3& v);

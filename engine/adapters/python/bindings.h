@@ -3,7 +3,7 @@
 
 namespace tandem::python {
 
-// Each adds its names to the module; in this order, as signatures name classes of those before.
+// Each function adds its names to the module; in this order, since signatures name classes of earlier ones.
 void bind_shapes(pybind11::module_& module);
 void bind_mesh_shapes(pybind11::module_& module);
 void bind_boxes(pybind11::module_& module);

@@ -1,4 +1,4 @@
-// Boxes alone: those that overlap, lie on a ray or are nearest.
+// Bindings of queries of boxes: overlap, rays, nearest.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <tbb/parallel_for.h>
@@ -27,7 +27,7 @@ struct NeighbourRow {
 
 namespace {
 
-// Outward to floats, so that what was passed is inside.
+// Boxes rounded outward to floats, so that they contain the given ones.
 std::vector<Aabb> boxes_in(const py::object& value, const char* what) {
   const Doubles given = doubles(value, what, {-1, 2, 3});
   std::vector<Aabb> out(static_cast<std::size_t>(given.shape(0)));
@@ -68,7 +68,7 @@ py::array_t<std::uint32_t> overlapping_boxes(const py::object& given, const std:
   return to_array(std::span<const std::array<std::uint32_t, 2>>(pairs));
 }
 
-// (items, begin): of query i items[begin[i]:begin[i + 1]].
+// The tuple (items, begin): query i has items[begin[i]:begin[i + 1]].
 template <class Items, class Answers>
 py::tuple with_begins(const Items& items, const Answers& answers) {
   py::array_t<std::uint64_t> begin(static_cast<py::ssize_t>(answers.begin.size()));

@@ -13,16 +13,16 @@
 
 namespace tandem::python {
 
-/// Throws std::invalid_argument "WHAT: ..." unless it can be called or is None.
+/// Throws std::invalid_argument "WHAT: ..." unless the argument is callable or None.
 inline void require_callable(const pybind11::object& callback, const char* what) {
   if (!callback.is_none() && PyCallable_Check(callback.ptr()) == 0)
     throw std::invalid_argument(std::string(what) + ": " + std::string(pybind11::str(pybind11::type::of(callback))) +
                                 ", allowed: a function, or None");
 }
 
-/// A function of Python's that is told how far work has come, as C++ calls it: from any thread, with the GIL. What it
-/// raises ends the work and is raised there. None: empty. The callback must outlive it, as copies are made without the
-/// GIL. `looked_at`: the SharedUse that the call looks at, if any.
+/// A Python function that is told the progress of work, as C++ calls it: from any thread, with the GIL. An exception it
+/// raises ends the work and is raised there. None: empty. The callback must outlive it, since copies are made without
+/// the GIL. `looked_at`: the SharedUse that the call reads, if any.
 template <class... Numbers>
 std::function<void(Numbers...)> progress_of(const pybind11::object& callback, const void* looked_at = nullptr) {
   require_callable(callback, "progress");
@@ -34,7 +34,8 @@ std::function<void(Numbers...)> progress_of(const pybind11::object& callback, co
   };
 }
 
-/// How a mesh is made ready: on all threads, watched and ended as Python asks. The callback must outlive it.
+/// Options for building a mesh's hierarchy: on all threads, with Python's progress function. The callback must outlive
+/// it.
 class Building {
  public:
   Building(const pybind11::object& progress, std::optional<double> timeout) : limit_(limit_after(timeout)) {

@@ -1,3 +1,4 @@
+// Contacts and pairs as structured arrays.
 #include "contact_arrays.h"
 
 #include <array>
@@ -33,7 +34,7 @@ struct StepPair {
 
 namespace {
 
-// numpy's description of a row is made once, when it is first asked for.
+// Describes the rows to numpy once, at the first use.
 void describe_rows() {
   static const bool described = [] {
     PYBIND11_NUMPY_DTYPE(PairContact, point, normal, depth, feature);

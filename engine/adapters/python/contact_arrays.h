@@ -10,13 +10,13 @@
 
 namespace tandem::python {
 
-/// Structured arrays that own their data. Contacts of a pair: point, normal, depth, feature.
+/// Structured arrays that own their data. The contacts of a pair: point, normal, depth, feature.
 pybind11::array contact_array(std::span<const Contact> contacts);
 /// The contacts in such an array. Throws std::invalid_argument "WHAT: ..." for anything else.
 std::vector<Contact> contacts_in(const pybind11::handle& value, std::string_view what);
-/// Contacts of a step: a, b (body indices), point, normal, depth, feature.
+/// The contacts of a step: a, b (body indices), point, normal, depth, feature.
 pybind11::array contact_array(const ContactList& list);
-/// Pairs of a step: a, b, collide, signed_distance, error_bound, first_contact, contact_count.
+/// The pairs of a step: a, b, collide, signed_distance, error_bound, first_contact, contact_count.
 pybind11::array pair_array(const ContactList& list);
 
 }  // namespace tandem::python

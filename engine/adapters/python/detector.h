@@ -7,7 +7,7 @@
 
 namespace tandem::python {
 
-/// A pipeline and what it records its slices to.
+/// A pipeline with the timeline that it records to.
 struct Detector {
   explicit Detector(PipelineOptions options) : pipeline(std::move(options)) {}
 

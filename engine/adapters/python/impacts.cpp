@@ -1,4 +1,4 @@
-// The first impacts of moving vertices.
+// Bindings of first impacts of moving vertices.
 #include <pybind11/pybind11.h>
 
 #include "all_threads.h"
@@ -17,7 +17,7 @@ struct ImpactRow {
 
 namespace {
 
-// Vertices before and after a step; both arrays stay where they are.
+// The vertices before and after a step; both arrays are referred to, not copied.
 class Moving {
  public:
   Moving(const py::object& from, const py::object& to, const char* from_name, const char* to_name)
@@ -30,7 +30,7 @@ class Moving {
 
 using FourIndices = std::array<std::uint32_t, 4>;
 
-// Impacts of all candidates, by the call that finds them: with candidates, room for answers, options, threads.
+// The impacts of all candidates, by a function that takes the candidates, room for answers, options and threads.
 template <class Pair, class MakePair, class Find>
 py::array impacts(const py::object& given, double tolerance, double separation, const MakePair& make,
                   const Find& find) {

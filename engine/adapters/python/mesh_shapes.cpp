@@ -1,4 +1,4 @@
-// Meshes from arrays and files, shapes of what sensors see, and solids of meshes that do not close.
+// Bindings that make meshes: from arrays, files and sensor data, and solids from meshes that are not closed.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>

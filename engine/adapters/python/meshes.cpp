@@ -1,4 +1,4 @@
-// Pairs of meshes beyond one answer, meshes that bend, and what is wrong with a mesh.
+// Bindings for pairs of meshes (all triangle pairs), deforming meshes, and the inspection of a mesh.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -184,7 +184,7 @@ void bind_bounds(py::module_& m) {
       .def_readonly("parts", &HausdorffBounds::parts, "of surfaces that were looked at");
 }
 
-// (points, points_of_b, edges)
+// The tuple (points, points_of_b, edges).
 py::tuple arrays_of(const NearFeatures& found) {
   const auto point = [](const NearPoint& p) { return NearPointRow{p.vertex, p.triangle, p.distance}; };
   const auto edge = [](const NearEdges& e) { return NearEdgesRow{e.a, e.b, e.distance}; };
@@ -211,7 +211,7 @@ MeshInspection inspected(const py::object& vertices, const py::object& indices, 
   return inspect(mesh, {.most = most, .parts = on_all_threads, .limit = timeout ? &limit : nullptr});
 }
 
-// How many there are, and an array of the first.
+// The number of faults, and an array of the first.
 template <class Row, class Fault, class MakeRow>
 py::tuple listed(const FaultList<Fault>& faults, const MakeRow& row) {
   return py::make_tuple(faults.count, structured<Row>(faults.first, row));

@@ -1,3 +1,4 @@
+// The Python module: all bindings.
 #include "bindings.h"
 #include "tandem/narrowphase/work_limit.h"
 #include "tandem/version.h"

@@ -1,3 +1,4 @@
+// Bindings of continuous motion, contact events and recordings.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -50,7 +51,7 @@ ResponseReport respond(SharedResponse& response, SharedScene& scene, const Share
   });
 }
 
-// (n, 2) ids
+// Ids as an array (n, 2).
 py::array_t<IdNumber> ids_of(const std::vector<BodyPair>& pairs) {
   py::array_t<IdNumber> out({static_cast<py::ssize_t>(pairs.size()), py::ssize_t{2}});
   IdNumber* id = out.mutable_data();
@@ -67,7 +68,7 @@ py::array_t<IdNumber> events_of(const SharedEvents& events) {
       events.read([](const ContactEvents& e) { return std::vector<BodyPair>((e.*Get)().begin(), (e.*Get)().end()); }));
 }
 
-/// A record that is being written: of steps as a pipeline saw them.
+/// A recording being written, of steps as a pipeline saw them.
 class Recording {
  public:
   Recording(const std::filesystem::path& path, const Scene& scene) : file_("Recording", path), writer_(file_, scene) {}

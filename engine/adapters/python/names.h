@@ -9,7 +9,7 @@
 
 namespace tandem::python {
 
-/// Bytes by what holds them.
+/// Memory in bytes by data structure, as a dict.
 inline pybind11::dict by_part(std::initializer_list<std::pair<const char*, std::size_t>> parts) {
   pybind11::dict out;
   for (const auto& [name, bytes] : parts) out[name] = bytes;

@@ -1,3 +1,4 @@
+// Bindings of queries of two shapes.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -17,7 +18,7 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-// Two shapes where they are, as the calls below are given them.
+// Two shapes with their poses, the arguments of the calls below.
 struct Placed {
   Placed(const Shape& a, const py::handle& pose_a, const Shape& b, const py::handle& pose_b)
       : a(a), b(b), at_a(pose(pose_a, "pose_a")), at_b(pose(pose_b, "pose_b")) {}

@@ -1,3 +1,4 @@
+// Bindings of the pipeline.
 #include "tandem/engine/pipeline.h"
 
 #include <pybind11/pybind11.h>
@@ -16,7 +17,7 @@
 namespace tandem::python {
 namespace {
 
-// Options are given by name alone, each to where C++ has it.
+// Options are keyword arguments, each put where C++ has it.
 std::unique_ptr<SharedPipeline> pipeline(int threads, const std::string& executor, const std::string& broad_phase,
                                          const AnswerOptions& answer, const BalanceOptions& balance,
                                          const PairBatchOptions& batches, const SharingOptions& sharing,
@@ -90,7 +91,7 @@ StepReport step(SharedPipeline& pipeline, const SharedScene& scene, std::optiona
       [&](Detector& d) { return scene.read([&](const Scene& s) { return d.pipeline.step(s, {}, deadline); }); });
 }
 
-// The list is copied while no step may run, as making an array takes the GIL.
+// The list is copied while no step may run, since making an array takes the GIL.
 ContactList list_of(const SharedPipeline& pipeline) {
   return pipeline.read([](const Detector& d) { return d.pipeline.contacts(); });
 }

@@ -1,3 +1,4 @@
+// Bindings of queries of a scene.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
@@ -26,7 +27,7 @@ namespace {
 using SharedQueries = SharedUse<SceneQueries>;
 constexpr double no_cutoff = std::numeric_limits<double>::infinity();
 
-// What is left out of a query, as it was given.
+// The filter of a query, as it was passed.
 struct Filter {
   Filter(std::uint32_t group, std::uint32_t mask, const py::object& ignored) {
     if (!ignored.is_none()) ignore = body_ids(ignored, "ignore");
@@ -121,7 +122,7 @@ PairTable pair_table(const py::object& value, const char* what) {
   return table;
 }
 
-// A pair of links is one, whichever of the two is named first.
+// Makes the table symmetric: a pair of links is the same in either order.
 PairTable either_way(PairTable table) {
   for (std::size_t i = 0; i < std::min(table.rows(), table.columns()); ++i)
     for (std::size_t j = 0; j < i; ++j)
@@ -129,7 +130,7 @@ PairTable either_way(PairTable table) {
   return table;
 }
 
-// What a batch is asked with: links, their poses, and which pairs of them are checked.
+// The arguments of a batch: links, their poses, and which pairs of them are checked.
 struct Batch {
   Batch(const SharedQueries& queries, const std::vector<Shape>& links, const py::object& at,
         const py::object& self_pairs, const py::object& world_pairs, const Filter& filter, const py::object& progress,
@@ -212,7 +213,7 @@ Doubles clearance(const SharedQueries& queries, const std::vector<Shape>& links,
   return out;
 }
 
-// The queries asked by a body of the scene, where it is.
+// Binds the queries with a body of the scene, at its pose.
 void bind_of_bodies(py::class_<SharedQueries>& queries) {
   const auto body = py::arg("body"), margin = py::arg("margin");
   queries

@@ -1,3 +1,4 @@
+// Bindings of the scene.
 #include "tandem/engine/scene.h"
 
 #include <pybind11/pybind11.h>
@@ -50,7 +51,7 @@ IdNumber id_number(const py::object& value, const char* what) {
   }
 }
 
-// What add_body and add_bodies are told alike. The shape: one of the scene, or a new one.
+// The common arguments of add_body and add_bodies. The shape: one of the scene, or a new one.
 struct BodyArguments {
   BodyOptions options;
   std::optional<Shape> shape;
@@ -79,7 +80,7 @@ BodyArguments arguments(const py::object& shape, const py::object& velocity, con
   return body;
 }
 
-// A shape that was given is the scene's only where its bodies are.
+// Adds bodies; a new shape is added to the scene only if its bodies are.
 std::vector<BodyId> add(Scene& scene, BodyArguments body, std::span<const Pose> poses) {
   if (body.shape) body.options.shape = scene.add_shape(*std::move(body.shape));
   std::vector<BodyId> ids;
@@ -111,7 +112,7 @@ py::array_t<IdNumber> add_bodies(SharedScene& scene, const py::object& shape, co
   return to_array(scene.change([&](Scene& s) { return add(s, body, where); }));
 }
 
-// One element an index; 0 where no body lives.
+// The ids by index; 0 for unused indices.
 py::array_t<IdNumber> ids(const SharedScene& scene) {
   return to_array(scene.read([](const Scene& s) {
     std::vector<BodyId> all(s.indices());
@@ -123,7 +124,7 @@ py::array_t<IdNumber> ids(const SharedScene& scene) {
 
 std::vector<Pose> poses_of(const Scene& scene) { return {scene.poses().begin(), scene.poses().end()}; }
 
-// One of the scene's lists with an element an index, as an array.
+// One of the scene's lists by index, as an array.
 template <class Value, std::span<const Value> (Scene::*Get)() const>
 py::array_t<Value> list_of(const SharedScene& scene) {
   const auto copy = scene.read([](const Scene& s) { return std::vector<Value>((s.*Get)().begin(), (s.*Get)().end()); });

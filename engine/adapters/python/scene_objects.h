@@ -13,7 +13,7 @@ namespace tandem::python {
 
 using SharedScene = SharedUse<Scene>;
 
-/// Ids are whole numbers in Python, and arrays of them uint64: hashable, cheap, and 0 names nothing.
+/// Ids are integers in Python, and arrays of them uint64: hashable, cheap, and 0 is no id.
 using IdNumber = std::uint64_t;
 
 inline IdNumber number(BodyId id) { return IdNumber{id.generation} << 32 | id.slot_plus_one; }
@@ -21,7 +21,7 @@ inline IdNumber number(ShapeId id) { return IdNumber{id.generation} << 32 | id.i
 inline BodyId body_id(IdNumber id) { return {static_cast<std::uint32_t>(id), static_cast<std::uint32_t>(id >> 32)}; }
 inline ShapeId shape_id(IdNumber id) { return {static_cast<std::uint32_t>(id), static_cast<std::uint32_t>(id >> 32)}; }
 
-/// (n,) whole numbers >= 0
+/// Ids from an array (n,) of integers >= 0.
 std::vector<BodyId> body_ids(const pybind11::handle& value, std::string_view what);
 pybind11::array_t<IdNumber> to_array(std::span<const BodyId> ids);
 

@@ -1,3 +1,4 @@
+// Bindings of shapes.
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 

@@ -1,3 +1,4 @@
+// Objects shared by threads of Python: releasing the GIL, and locking.
 #pragma once
 #include <pybind11/pybind11.h>
 
@@ -9,7 +10,7 @@
 
 namespace tandem::python {
 
-/// Lets other threads of Python run, until it ends; also where the caller has released the GIL before.
+/// Releases the GIL while it lives; also where the caller has released it before.
 class WithoutGil {
  public:
   WithoutGil() {
@@ -20,7 +21,8 @@ class WithoutGil {
   std::optional<pybind11::gil_scoped_release> released_;
 };
 
-/// What the calls that a thread's progress functions belong to look at: changing it would wait for itself.
+/// The objects that are being read by the calls to which a thread's progress functions belong: changing one of them
+/// would wait for itself.
 class LookedAt {
  public:
   LookedAt(const void* object, const LookedAt* outer) : object_(object), outer_(outer), before_(of_thread()) {
@@ -30,7 +32,7 @@ class LookedAt {
   LookedAt(const LookedAt&) = delete;
   LookedAt& operator=(const LookedAt&) = delete;
 
-  /// Of the function that this thread is in; null outside of any.
+  /// Those of the progress function that this thread is in; null outside of any.
   static const LookedAt*& of_thread() {
     static thread_local const LookedAt* innermost = nullptr;
     return innermost;
@@ -43,18 +45,18 @@ class LookedAt {
 
  private:
   const void* object_;
-  const LookedAt *outer_, *before_;  // that the call was made in; that this thread was in
+  const LookedAt *outer_, *before_;  // those of the call around this one; those that the thread had before
 };
 
-/// An object that several of Python's threads may hold: as C++ works without the GIL, one thread must not change what
-/// another reads. Both calls run `work` without the GIL, so it may not touch Python's objects.
+/// An object that several threads of Python may use: since C++ works without the GIL, one thread must not change what
+/// another reads. Both calls run `work` without the GIL, so it may not touch Python objects.
 template <class Object>
 class SharedUse {
  public:
   template <class... Arguments>
   explicit SharedUse(Arguments&&... arguments) : object_(std::forward<Arguments>(arguments)...) {}
 
-  /// Together with others that read.
+  /// Runs work that reads, concurrently with others.
   template <class Work>
   auto read(Work&& work) const {
     const WithoutGil released;
@@ -62,7 +64,7 @@ class SharedUse {
     if (!LookedAt::has(this)) lock.lock();
     return work(object_);
   }
-  /// Alone. Throws std::runtime_error from a progress function of a call that looks at it.
+  /// Runs work that changes, alone. Throws std::runtime_error from a progress function of a call that reads it.
   template <class Work>
   auto change(Work&& work) {
     if (LookedAt::has(this))

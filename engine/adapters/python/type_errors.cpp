@@ -1,3 +1,4 @@
+// Type errors with one readable line.
 #include "type_errors.h"
 
 #include <string>
@@ -9,10 +10,10 @@ namespace py = pybind11;
 
 namespace {
 
-// pybind11's, which all functions that it makes have in common.
+// pybind11's dispatcher, which all its functions share.
 PyCFunctionWithKeywords dispatcher = nullptr;
 
-// The same TypeError with a line of ours, where it is one of arguments; the error that is set is taken, or stays.
+// Replaces a TypeError about arguments by one with our line; other errors stay as they are.
 void explain(PyObject* arguments, PyObject* named) {
   PyObject *type = nullptr, *value = nullptr, *trace = nullptr;
   PyErr_Fetch(&type, &value, &trace);
@@ -51,7 +52,7 @@ void explain_of(py::handle member) {
   if (PyInstanceMethod_Check(member.ptr()) != 0) member = PyInstanceMethod_GET_FUNCTION(member.ptr());
   if (PyCFunction_Check(member.ptr()) == 0) return;
   PyMethodDef* definition = reinterpret_cast<PyCFunctionObject*>(member.ptr())->m_ml;
-  constexpr int flags = METH_VARARGS | METH_KEYWORDS;  // other versions of pybind11 may call otherwise
+  constexpr int flags = METH_VARARGS | METH_KEYWORDS;  // other versions of pybind11 may use other flags
   if ((definition->ml_flags & flags) != flags || (definition->ml_flags & METH_FASTCALL) != 0) return;
   const auto its = reinterpret_cast<PyCFunctionWithKeywords>(reinterpret_cast<void (*)()>(definition->ml_meth));
   if (dispatcher == nullptr) dispatcher = its;

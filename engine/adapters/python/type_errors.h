@@ -3,9 +3,9 @@
 
 namespace tandem::python {
 
-/// Calls of the module's functions and methods with arguments that do not fit raise a TypeError of one line, by
-/// type_errors.explained of the package; pybind11's list signatures and values over several. Call it after all is
-/// bound.
+/// Makes calls of the module's functions and methods with arguments that do not fit raise a TypeError of one line, by
+/// type_errors.explained of the package; pybind11's lists signatures and values over several lines. To be called after
+/// all is bound.
 void explain_type_errors(const pybind11::module_& module);
 
 }  // namespace tandem::python

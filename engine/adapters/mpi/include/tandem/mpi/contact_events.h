@@ -14,12 +14,13 @@ struct IdPair {
   friend auto operator<=>(const IdPair&, const IdPair&) = default;
 };
 
-/// Which pairs began to touch and no longer touch, from one step to the next, wherever they are reported: a begin and
-/// an end for each touch, each told on one rank. A pair that only went to another rank's region is neither.
+/// The pairs that began to touch and that ceased to touch from one step to the next, on whichever rank they are
+/// reported: a begin and an end for each contact, each reported on one rank. A pair that only moved to another rank's
+/// region is neither.
 class ContactEvents {
  public:
-  /// Collective, after a step of the pipeline. Ranks talk of those pairs alone that they did not report before, or do
-  /// no longer.
+  /// Collective, after a step of the pipeline. Ranks exchange messages only about pairs that they did not report
+  /// before, or no longer report.
   void update(const Pipeline& pipeline);
 
   std::span<const IdPair> began() const { return began_; }        ///< told here, ascending

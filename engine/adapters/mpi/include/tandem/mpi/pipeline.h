@@ -17,7 +17,8 @@
 /// moved by a tenth of its radius), and copied to those whose regions its box reaches into. See docs/mpi.md.
 namespace tandem::mpi {
 
-/// Names a body on all ranks. Chosen by whoever adds it; a removed body's may be used again from the next step on.
+/// A body's name on all ranks, chosen by the rank that adds it; that of a removed body may be used again from the next
+/// step on.
 using GlobalId = std::uint64_t;
 
 /// When regions are cut anew from measured costs.
@@ -25,66 +26,66 @@ struct RebalanceOptions {
   bool enabled = true;
   /// Steps between two measurements at most, [1, 1024]; they are frequent at first and after every change.
   int longest_control_step = 64;
-  /// The slowest rank's load over the mean from which on a cut is thought of, [1, 100].
+  /// A cut is considered when the slowest rank's load exceeds this multiple of the mean, [1, 100].
   double tolerated = 1.05;
 };
 
 struct Options {
-  /// How each rank runs its part: threads, executor, what is answered.
+  /// How each rank detects: threads, executor, answers.
   PipelineOptions rank{};
   RebalanceOptions rebalance{};
   /// Seconds, finite, >= 0: a rank that waits longer for another ends the job (MPI_Abort) with one line on stderr; 0:
-  /// waits for ever.
+  /// no limit.
   double patience = 0;
 };
 
-/// What a rebalance measured and did, after a step; the same on all ranks.
+/// The measurements and the action of a rebalance, after a step; the same on all ranks.
 struct RebalanceDecision {
   BalanceAction action = BalanceAction::none;
   int control_step = 0;     ///< steps until the next measurement
   double imbalance = 1;     ///< the largest load of a rank over the mean, since the last measurement
-  double gain_ms = 0;       ///< a step that equal loads would save, at most
-  double migration_ms = 0;  ///< what the last cut cost, slowest rank: the cut itself, migration, new copies
+  double gain_ms = 0;       ///< time a step that equal loads would save at most
+  double migration_ms = 0;  ///< the cost of the last cut on the slowest rank: the cut itself, migration, new copies
   std::string_view reason;
 };
 
-/// What a rank alone found and did in a step.
+/// The results and measurements of one rank in a step.
 struct RankReport {
-  StepReport detection;          ///< its own part; pairs that another rank reports are among its candidate_pairs
+  StepReport detection;          ///< of this rank's detection; candidate_pairs includes pairs that another rank reports
   std::uint64_t owned = 0;       ///< bodies
   std::uint64_t copies = 0;      ///< of others' bodies
-  std::uint64_t moved_away = 0;  ///< bodies that went to another owner
-  std::uint64_t bytes_sent = 0;  ///< to other ranks, by exchange alone
+  std::uint64_t moved_away = 0;  ///< owned bodies that went to another owner
+  std::uint64_t bytes_sent = 0;  ///< to other ranks, only in exchanges
   std::uint64_t messages_sent = 0;
   double exchange_ms = 0;       ///< wall: changes, bodies and copies sent and received, waiting included
-  double exchange_wait_ms = 0;  ///< of it, in MPI: what is under way, and ranks that come later
-  double wait_ms = 0;           ///< wall: for the others, at the step's end
-  double step_ms = 0;           ///< wall, all of it
+  double exchange_wait_ms = 0;  ///< of exchange_ms, in MPI: messages under way, and ranks that come later
+  double wait_ms = 0;           ///< wall: waiting for other ranks at the end of the step
+  double step_ms = 0;           ///< wall, the whole step
   double exchange_cpu_ms = 0;   ///< of the calling thread, without waiting
   double detect_cpu_ms = 0;     ///< of the calling thread alone
 };
 
-/// What all ranks found in a step; the same on each of them.
+/// The results of a step over all ranks; the same on each of them.
 struct Report {
   std::uint64_t step = 0;
   std::uint64_t bodies = 0;
   std::uint64_t pairs = 0;  ///< candidates, each counted once
   std::uint64_t colliding_pairs = 0;
-  std::uint64_t contacts = 0;      ///< that touch or overlap
+  std::uint64_t contacts = 0;      ///< contacts that touch or overlap
   std::uint64_t gaps = 0;          ///< contacts of negative depth, within the margin
   std::uint64_t kept_pairs = 0;    ///< candidates whose answers were kept (AnswerOptions::keep_contacts)
   std::uint64_t contact_hash = 0;  ///< hash(GatheredContacts) of all ranks' answers; 0 unless asked for
-  double max_depth = 0;            ///< metres
-  double kept_error_bound = 0;     ///< metres, the largest of a kept answer that is reported
+  double max_depth = 0;            ///< metres, the deepest contact
+  double kept_error_bound = 0;     ///< metres, the largest error bound of a kept answer that is reported
   std::uint64_t moved_away = 0, copies = 0, bytes_sent = 0, messages_sent = 0;  ///< sums over ranks
   double slowest_load_ms = 0, mean_load_ms = 0;                                 ///< busy time a thread
-  /// CPU time of the calling threads without waiting, slowest ranks: what other programs take of a core is not in it.
+  /// CPU time of the calling threads without waiting, of the slowest ranks: time that other programs use is not in it.
   double slowest_exchange_cpu_ms = 0, slowest_detect_cpu_ms = 0;
   RebalanceDecision rebalance;
   RankReport rank;
 };
 
-/// A pair by its bodies' ids, a < b; the answer is of (a, b).
+/// A pair by its bodies' ids, a < b; its answer is of (a, b).
 struct GatheredPair {
   GlobalId a = 0, b = 0;
   std::uint64_t first_contact = 0;
@@ -92,17 +93,17 @@ struct GatheredPair {
   PairAnswer answer;
 };
 
-/// Answers of all ranks in canonical order: pairs by (a, b), a pair's contacts by feature.
+/// The answers of all ranks in canonical order: pairs by (a, b), a pair's contacts by feature.
 struct GatheredContacts {
   std::vector<GatheredPair> pairs;
   std::vector<Contact> contacts;
 };
 
-/// A sum over pairs, each of which is hashed with its contacts: it does not depend on the pairs' order or rank.
+/// A sum over pairs, each hashed with its contacts: it does not depend on the pairs' order or rank.
 std::uint64_t hash(const GatheredContacts& contacts);
 
-/// A step or a checkpoint that failed on some rank; every rank throws it, with the same text, and is ready for the next
-/// step.
+/// A failure of a step or a checkpoint on some rank; every rank throws it, with the same text, and is ready for the
+/// next step.
 struct StepError : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
@@ -127,13 +128,14 @@ class Pipeline {
   int rank() const;
   int ranks() const;
 
-  /// Collective: every rank adds the same shapes in the same order; the next step checks it. The id is the same on all.
+  /// Collective: every rank must add the same shapes in the same order, which the next step checks. The id is the same
+  /// on all ranks.
   ShapeId add_shape(Shape shape, std::string name = {});
 
-  /// Changes of bodies, by any rank, wherever the body is; they take hold in the next step, those of one body in the
-  /// order of ranks, then of calls. One rank's fault is thrown at once where it can be seen at once (a bad number), by
-  /// std::invalid_argument; an id that exists already or not at all makes the step throw StepError on all ranks, and
-  /// that change is left out.
+  /// Changes of bodies, by any rank, wherever the body is. They take effect in the next step; those of one body in the
+  /// order of ranks, then of calls. An error that is visible at once (a bad number) is thrown at once, as
+  /// std::invalid_argument; an id that exists already, or does not exist, makes the step throw StepError on all ranks,
+  /// and that change is left out.
   void add_body(GlobalId id, const BodyOptions& body);
   void remove_body(GlobalId id);
   void set_pose(GlobalId id, const Pose& pose);
@@ -145,44 +147,46 @@ class Pipeline {
   void set_sensor(GlobalId id, bool is_sensor);
   void set_continuous(GlobalId id, bool continuous);
 
-  /// Collective: changes take hold, bodies go to their owners and copies to where they are needed, then each rank
-  /// detects. Throws StepError on all ranks if one failed. What fails while messages are under way (no memory) ends
-  /// the job, with one line on stderr that names rank, step and cause.
+  /// Collective: applies changes, sends bodies to their owners and copies where they are needed, then detects on each
+  /// rank. Throws StepError on all ranks if one failed. A failure while messages are under way (no memory) ends the
+  /// job, with one line on stderr that names rank, step and cause.
   Report step();
-  /// Collective: cuts regions anew before the next step, whatever the control step says, from the costs that were
-  /// measured last; as if all bodies cost the same if none were, or of other bodies.
+  /// Collective: cuts regions anew before the next step, whatever the control step says, by the costs that were
+  /// measured last; by the number of bodies if none were, or were of other bodies.
   void rebalance();
 
-  /// This rank's bodies: its own and copies of others'. Indices are its own, and change with migration.
+  /// This rank's bodies: its own and copies of others'. Indices are local, and change with migration.
   const Scene& scene() const;
   GlobalId id(std::uint32_t index) const;
   bool owns(std::uint32_t index) const;
-  /// The local id of a body that is on this rank, else throws std::invalid_argument.
+  /// The local id of a body that is on this rank; else throws std::invalid_argument.
   BodyId local(GlobalId id) const;
   bool has(GlobalId id) const;
-  /// Moves a body that this rank owns, at once, as Scene::move does; the next step tells those who have copies.
+  /// Moves a body that this rank owns, at once, as Scene::move does; the next step tells the ranks that have copies.
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
-  /// For a response, all ranks alike: m/s^2, finite; s, > 0, at most 1000. Other values throw std::invalid_argument.
+  /// For a response, the same on all ranks: m/s^2, finite; s, > 0, at most 1000. Other values throw
+  /// std::invalid_argument.
   void set_gravity(const Vec3& gravity);
   void set_dt(double dt);
 
-  /// The pairs that this rank reports, of the last step, by local indices: those of one pair in the order of global
-  /// ids (id(a) < id(b)), pairs by (a, b). Until the next step.
+  /// The pairs that this rank reports, of the last step, by local indices: the bodies of a pair in the order of global
+  /// ids (id(a) < id(b)), pairs by (a, b). Valid until the next step.
   const ContactList& contacts() const;
-  /// Collective: all of them on rank `root`; empty on the others.
+  /// Collective: the contacts of all ranks, on rank `root`; empty on the others.
   GatheredContacts gather(int root = 0) const;
-  /// Collective: all of them in canonical order, a share on each rank: rank r's come before those of rank r + 1.
+  /// Collective: the contacts of all ranks in canonical order, a share on each rank: rank r's come before those of rank
+  /// r + 1.
   GatheredContacts share() const;
-  /// Collective, of the shares: tandem::hash of the list that one rank would have, where ids are indices. Goes from
-  /// rank to rank, so that it takes as long as on one.
+  /// Collective, with the shares: tandem::hash of the list that one rank would have, where ids are indices. Passes from
+  /// rank to rank, so that it takes as long as on one rank.
   std::uint64_t list_hash(const GatheredContacts& share) const;
 
-  /// Collective: the next step keeps no answer (AnswerOptions::keep_contacts) of those before. What a run does that
-  /// writes a Checkpoint, so that it goes on as one that reads it.
+  /// Collective: the next step reuses no kept answer (AnswerOptions::keep_contacts) of earlier steps. To be called by a
+  /// run that writes a Checkpoint, so that it continues exactly as one that reads it.
   void begin_anew();
 
-  /// Slices and counters of this rank's steps, until null; `timeline` must outlive them. Beside those of detection
-  /// "exchange", and "wait" for what is under way and for other ranks.
+  /// Records slices and counters of this rank's steps, until called with null; `timeline` must outlive them. In
+  /// addition to detection's: "exchange", and "wait" for messages under way and for other ranks.
   void record_to(Timeline* timeline);
 
  private:

@@ -7,15 +7,16 @@
 
 namespace tandem::mpi {
 
-/// What a response of all ranks did and cost.
+/// The results and costs of a response over all ranks.
 struct RankResponseReport {
-  ResponseReport response;  ///< of all bodies, the same on all ranks; ms: this rank's
-  double gather_ms = 0;     ///< wall: which rank solves what and in which order, and impulses that pairs left elsewhere
-  double wait_ms = 0;       ///< wall: for other ranks' velocities
+  ResponseReport response;  ///< of all bodies, the same on all ranks; times of this rank
+  /// Wall: which rank solves which pair in which order, and impulses that pairs left on other ranks.
+  double gather_ms = 0;
+  double wait_ms = 0;                               ///< wall: waiting for other ranks' velocities
   std::uint64_t bytes_sent = 0, messages_sent = 0;  ///< by this rank
 };
 
-/// Whether two bodies, by their ids, meet at all; called from any thread.
+/// A predicate: do two bodies, given by their ids, collide at all; called from any thread.
 using PairOfIds = std::function<bool(GlobalId a, GlobalId b)>;
 
 /// Moves the bodies of all ranks by one `dt`, the same bits on any number of ranks. Each solves the pairs that it
@@ -38,10 +39,10 @@ class Response {
   Response(Response&&) noexcept;
   Response& operator=(Response&&) noexcept;
 
-  /// Collective, after a step of the pipeline. `with_contacts` false: bodies fly.
+  /// Collective, after a step of the pipeline. `with_contacts` false: contacts are ignored, and bodies fly.
   RankResponseReport step(bool with_contacts = true);
-  /// Forgets the last step's impulses, as a new one has none: what a run does that writes a Checkpoint, so that it goes
-  /// on as one that reads it.
+  /// Forgets the last step's impulses, like a new object. To be called by a run that writes a Checkpoint, so that it
+  /// continues exactly as one that reads it.
   void begin_anew();
 
  private:
