@@ -113,7 +113,7 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
 
 Truth signed_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   if (a.kind() == ShapeKind::plane || b.kind() == ShapeKind::plane) {
-    // The triangle's plane is taken with the side that less of the other body reaches beyond.
+    // A plane is replaced by the one of its two half-spaces beyond which less of the other body reaches.
     const auto side = [](const Shape& s, double sense) -> Shape {
       return s.kind() == ShapeKind::plane ? HalfSpace{sense * s.normal(), sense * s.offset()} : s;
     };

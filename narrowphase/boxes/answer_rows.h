@@ -1,3 +1,4 @@
+// Rows of contacts and answers, as vector kernels write them.
 #pragma once
 #include <cstddef>
 #include <cstring>
@@ -7,8 +8,8 @@
 
 namespace tandem {
 
-/// Contacts that kernels find, one a pair: its numbers side by side, in two halves that are stored several pairs at a
-/// time (`store_in_turn`) and copied as they lie. `Contact`'s numbers in their order, the feature by its bits.
+/// Contacts found by kernels, one a pair: the numbers of a `Contact` in their order, the feature by its bits, in two
+/// halves that are stored several pairs at a time (`store_in_turn`) and copied as they are.
 template <std::size_t most>
 struct ContactRows {
   alignas(64) double first[most][4], second[most][4];
@@ -22,7 +23,7 @@ struct ContactRows {
   }
 };
 
-/// The numbers of a `PairAnswer` from its distance on, likewise; the normal is that of `contact`.
+/// The numbers of a `PairAnswer` from its distance on, stored likewise; the normal is that of `contact`.
 template <std::size_t most>
 struct AnswerRows {
   alignas(64) double first[most][4], second[most][4];  ///< distance, point on A; point on B, the normal's first

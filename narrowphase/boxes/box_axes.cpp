@@ -1,3 +1,4 @@
+// The separations of two boxes along the 15 axes of the separating axis test, in scalars and in vectors.
 #include "boxes/box_axes.h"
 
 #include <algorithm>
@@ -15,15 +16,15 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Products are summed in one order in both versions, that of Eigen's scalar code and of the lanes of several pairs, and
-// never fused: the same bits on every machine.
+// Products are summed in one order in both versions, that of Eigen's scalar code and of the kernels for several pairs,
+// and never fused: the same bits on every machine.
 constexpr double never = -1e300;  // less than any separation
 
 #if HWY_MAX_BYTES >= 32 && !HWY_HAVE_SCALABLE
 
 using Four = hn::FixedTag<double, 4>;
 
-// Rows 0 to 2 of the matrix whose columns these are; what they have fourth is dropped, theirs is 0.
+// Rows 0 to 2 of the matrix with these columns, whose fourth numbers are dropped; the rows' are 0.
 HWY_INLINE void transpose(hn::Vec<Four> c0, hn::Vec<Four> c1, hn::Vec<Four> c2, hn::Vec<Four>* row) {
   const Four d;
   const auto zero = hn::Zero(d);
@@ -44,7 +45,8 @@ HWY_INLINE unsigned bits(hn::Mask<Four> mask) {
   return static_cast<unsigned>(bytes[0]);
 }
 
-// The numerators of the edges' axes, three a vector, and which of them may win. `r`: the dot products of the axes.
+// The numerators of the separations along the edge axes, three a vector, and which of these axes may be the best. `r`:
+// the dot products of the boxes' axes.
 HWY_INLINE void measure_edges(const double* half_a, const double* half_b, const V* r, V most_face, BoxAxes* x) {
   const Four d;
   const V b = hn::LoadU(d, half_b);
@@ -52,7 +54,8 @@ HWY_INLINE void measure_edges(const double* half_a, const double* half_b, const 
   alignas(32) static constexpr std::int64_t forward[4] = {1, 2, 0, 3}, back[4] = {2, 0, 1, 3};
   const auto next = hn::SetTableIndices(d, forward), last = hn::SetTableIndices(d, back);
   const V b_next = hn::TableLookupLanes(b, next), b_last = hn::TableLookupLanes(b, last);
-  // The numerator is the separation times a length <= 1: one below the faces' cannot win, and most are.
+  // The numerator is the separation times a length <= 1, so a numerator below the faces' separation cannot win, and
+  // most are.
   const V hopeless = hn::Min(most_face, hn::Zero(d)), parallel = hn::Set(d, nearly_parallel);
   V q[3], edge[3];
   for (int i = 0; i < 3; ++i) q[i] = hn::Abs(r[i]);
@@ -78,7 +81,7 @@ HWY_INLINE void measure_edges(const double* half_a, const double* half_b, const 
 bool measure_axes(const double* half_a, const Pose* pose_a, const double* half_b, const Pose* pose_b, double beyond,
                   BoxAxes* x) {
   const Four d;
-  // The third column's load takes the first coordinate of the translation along.
+  // The load of the third column includes the first coordinate of the translation.
   static_assert(offsetof(Pose, translation) == 9 * sizeof(double));
   const double *ma = pose_a->rotation.data(), *mb = pose_b->rotation.data();
   V row_a[3], row_b[3], r[3], q[3], q_column[3];

@@ -1,3 +1,4 @@
+// The distance of two boxes by separating axes (Gottschalk 1996).
 #include "boxes/box_box.h"
 
 #include <bit>
@@ -15,13 +16,13 @@ namespace {
 
 double size(const BoxAxes& x) { return x.a[0] + x.a[1] + x.a[2] + x.b[0] + x.b[1] + x.b[2]; }
 
-/// Squared length of a_i x b_j.
+/// The squared length of a_i x b_j.
 double edge_length2(const BoxAxes& x, int i, int j) {
   const double y = x.r[next_of_three[i]][j], z = x.r[last_of_three[i]][j];
   return y * y + z * z;
 }
 
-/// a_i x b_j over its length, in A's frame.
+/// The unit vector along a_i x b_j, in A's frame.
 Vec3 edge_axis(const BoxAxes& x, int i, int j) {
   const double length = std::sqrt(edge_length2(x, i, j));
   Vec3 n = Vec3::Zero();
@@ -30,7 +31,7 @@ Vec3 edge_axis(const BoxAxes& x, int i, int j) {
   return n;
 }
 
-/// How far apart along the edges' axis, by projecting in full; never more than the signed distance, to rounding.
+/// The separation along an edge axis, by projecting both boxes; never more than the signed distance, to rounding.
 double along_edge(const BoxAxes& x, int i, int j) {
   if (!(edge_length2(x, i, j) > tolerance::parallel_axes2)) return -std::numeric_limits<double>::infinity();
   const Vec3 n = edge_axis(x, i, j);
@@ -41,7 +42,7 @@ double along_edge(const BoxAxes& x, int i, int j) {
   return s;
 }
 
-/// The edge axes decide, and at least one too closely for the short formula.
+/// True if an edge axis decides, at least one of them too close to call by the short formula.
 bool edges_separate(const BoxAxes& x, double doubt) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j)
@@ -65,7 +66,7 @@ bool over_face(const Vec3& a, int axis, const Vec3& n, const Vec3& b, const Mat3
   point = t + r * corner;
   if (std::abs(point[u]) <= a[u] && std::abs(point[w]) <= a[w]) return true;
   if (frees == 0) return std::abs(point[u]) <= a[u] + slack && std::abs(point[w]) <= a[w] + slack;
-  for (int i = 0; i < frees * frees; ++i) {  // the edge, or the face's four
+  for (int i = 0; i < frees * frees; ++i) {  // the edge, or the four edges of the face
     const int k = free[i % frees], other = free[frees - 1 - i % frees];
     Vec3 middle = corner;
     if (i >= frees) middle[other] = -middle[other];
@@ -87,14 +88,14 @@ bool over_face(const Vec3& a, int axis, const Vec3& n, const Vec3& b, const Mat3
     }
   }
   if (frees == 1) return false;
-  // No edge of b's face crosses a's: one lies within the other, or they miss by rounding.
+  // No edge of b's face crosses a's face: one lies within the other, or they miss by rounding.
   const double height = point[axis];
   point.setZero();
   point[axis] = height;
   return ((r.transpose() * (point - t)).cwiseAbs().array() <= b.array() + slack).all();
 }
 
-/// The axis that separates best, and by how much.
+/// The axis of largest separation, and the separation.
 struct Separation {
   double distance;
   int axis;  ///< 0-2: A's faces, 3-5: B's, 6 + 3 i + j: a_i x b_j
@@ -106,7 +107,8 @@ Separation best_separation(const BoxAxes& x) {
     const double s = k < 3 ? x.face_of_a[k] : x.face_of_b[k - 3];
     if (s > best.distance) best = {s, k};
   }
-  // An edge axis that is a face's too must not win by its rounding: the face's formula is the more exact one.
+  // An edge axis that coincides with a face normal must not win by its rounding: the face's formula is the more exact
+  // one.
   double least = tolerance::tie * size(x);
   for (unsigned hopeful = x.hopeful; hopeful != 0; hopeful &= hopeful - 1) {
     const int k = std::countr_zero(hopeful), i = k / 3, j = k % 3;
@@ -118,12 +120,12 @@ Separation best_separation(const BoxAxes& x) {
   return best;
 }
 
-/// Where edge j of B passes edge i of A, along the normal.
+/// The points of edge i of A and edge j of B where they pass each other along the normal.
 bool edges_witness(const BoxAxes& x, int i, int j, LocalAnswer& answer) {
   const Vec3& n = answer.normal;
   const double s = answer.signed_distance;
   const int i1 = next_of_three[i], i2 = last_of_three[i], j1 = next_of_three[j], j2 = last_of_three[j];
-  // The edges' other coordinates, each in its own box; B's points against the normal.
+  // The edges' other coordinates, each in its own box; B's point is the one farthest against the normal.
   const auto against = [&](int k) {
     return -std::copysign(x.b[k], n[0] * x.r[0][k] + n[1] * x.r[1][k] + n[2] * x.r[2][k]);
   };
@@ -141,7 +143,7 @@ bool edges_witness(const BoxAxes& x, int i, int j, LocalAnswer& answer) {
   answer.point_a[i1] = a1;
   answer.point_a[i2] = a2;
   answer.point_b = answer.point_a + s * n;
-  // On nearly parallel edges, rounding moves the place far along both: together or not at all.
+  // On nearly parallel edges rounding moves the points far along both: together, or the result is invalid.
   double off2 = 0;
   for (int k = 0; k < 3; ++k) {
     const double off = on_line(k) + on_b * x.r[k][j] - answer.point_b[k];
@@ -150,7 +152,7 @@ bool edges_witness(const BoxAxes& x, int i, int j, LocalAnswer& answer) {
   return off2 <= slack * slack;
 }
 
-/// Witness points from the axis of the normal, where they follow from it: then the axis' separation is the distance.
+/// The witness points, where they follow from the axis of the normal: then the axis' separation is the distance.
 bool witness(const BoxAxes& x, int axis, LocalAnswer& answer) {
   const Vec3& n = answer.normal;
   const double s = answer.signed_distance;
@@ -174,9 +176,9 @@ bool witness(const BoxAxes& x, int axis, LocalAnswer& answer) {
   return edges_witness(x, (axis - 6) / 3, (axis - 6) % 3, answer);
 }
 
-/// Nearest points of boxes that are apart: minimises the distance of B's point u (in B's frame) from A, one of u's
-/// coordinates at a time and exactly in each, from the corner the axis points to. Ends where no coordinate wants to
-/// move, which proves the minimum; false if that takes too long.
+/// The nearest points of separated boxes: minimises the distance of B's point u (in B's frame) from A by exact line
+/// searches along one of u's coordinates at a time, from the corner the axis points to. Ends when no coordinate
+/// changes, which proves the minimum; false if that takes too long.
 bool nearest_points(const BoxAxes& x, const Vec3& n, Vec3& point_a, Vec3& point_b) {
   const double enough = tolerance::box_points * size(x);
   double u[3];
@@ -198,7 +200,7 @@ bool nearest_points(const BoxAxes& x, const Vec3& n, Vec3& point_a, Vec3& point_
     }
     if (moves == 0) return true;
     if (moves > 1 && !projected) {
-      // A corner of A over the inside of B's face, perhaps.
+      // Possibly a corner of A over the interior of B's face.
       for (int k = 0; k < 3; ++k) {
         double in_b = 0;
         for (int i = 0; i < 3; ++i) in_b += x.r[i][k] * (point_a[i] - x.t[i]);
@@ -226,7 +228,7 @@ Vec3 axis_direction(const BoxAxes& x, int axis) {
   return n[0] * x.t[0] + n[1] * x.t[1] + n[2] * x.t[2] < 0 ? Vec3(-n) : n;
 }
 
-/// What a manifold asks of an edges' axis.
+/// Sets what the manifold builder needs of an edge axis.
 void describe_edges(const BoxAxes& x, BoxAnswer& answer) {
   if (answer.axis < 6) return;
   const Vec3& n = answer.local.normal;
@@ -245,7 +247,7 @@ RelativePose relative_pose(const BoxAxes& x) {
   return pose;
 }
 
-/// Two boxes as solvers of any convex shapes see them.
+/// Two boxes in the form of general convex solvers.
 struct Boxes {
   Boxes(const HalfSize& half_a, const HalfSize& half_b, const BoxAxes& x)
       : a(view_box(half_a)), b(view_box(half_b)), difference{a, b, relative_pose(x)} {}
@@ -279,7 +281,7 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
 
   const Vec3 axis = local.normal;
   if (best.distance <= 0) {
-    // Parallel faces and edges: many corners are equally deep, and not all of them lie over the other box.
+    // With parallel faces and edges many corners are equally deep, and not all of them lie over the other box.
     pair_points(Boxes(a, b, x).difference, local);
     return answer;
   }
@@ -296,8 +298,8 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
     direction = -unit(r.v, upper);
     set_points(r.simplex, local);
   }
-  // Where the axis says as much and the points lie along it, it is exact, and the direction between nearest points that
-  // nearly touch is noise.
+  // If the axis gives the same distance and the points lie along it, the axis is exact, and the direction between
+  // points that nearly touch is noise.
   const double doubt = tolerance::axis_rounding * size(x);
   const bool equal = !(upper - best.distance > doubt);
   if (equal && (local.point_b - local.point_a - best.distance * axis).norm() <= tolerance::on_feature * size(x)) {
@@ -313,7 +315,7 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
     const Boxes boxes(a, b, x);
     const double along = separation_along(boxes.difference, direction);
     if (along < upper - doubt) {
-      // Of points that nearly touch the direction may be any: the axis is known to separate.
+      // The direction between points that nearly touch is arbitrary, while the axis is known to separate.
       if (separation_along(boxes.difference, axis) > along) local.normal = axis;
       settle_by_features(boxes.difference, local);
     }

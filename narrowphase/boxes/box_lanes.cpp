@@ -1,3 +1,4 @@
+// Separating axes and manifolds of several pairs of boxes, a pair a lane (vector kernel).
 #include "boxes/box_lanes.h"
 
 #include <algorithm>
@@ -21,11 +22,11 @@ namespace tandem::HWY_NAMESPACE {
 
 static_assert(BoxPairRows::most % hn::MaxLanes(D()) == 0);
 
-/// Pairs of some lanes, and what is found out about them in turn.
+/// The pairs of a vector, and the results of each stage.
 struct Lanes {
   V a[12], b[12], half_a[3], half_b[3];
   V shift[3], t[3];  // from A's centre to B's, in the world and in A's frame
-  V r[9], q[9];      // columns: B's axes in A's frame; absolute
+  V r[9], q[9];      // columns: B's axes in A's frame; their absolute values
   V size;
   V best, axis, edge_i, edge_j, edge_normal[3];
   V normal[3], world_normal[3];  // in A's frame
@@ -39,7 +40,7 @@ struct Lanes {
     size = half_a[0];
     for (const V x : {half_a[1], half_a[2], half_b[0], half_b[1], half_b[2]}) size = hn::Add(size, x);
   }
-  /// Along an edges' axis, by its short formula: no better than the best so far.
+  /// True if an edge axis, by its short formula, is no better than the best axis so far.
   HWY_INLINE M is_worse(V numerator, V length2) const {
     return hn::And(hn::Gt(length2, number(tolerance::slow_edges2)),
                    hn::Le(hn::Mul(numerator, hn::Abs(numerator)), hn::Mul(hn::Mul(best, hn::Abs(best)), length2)));
@@ -56,18 +57,19 @@ struct Lanes {
                           V& feature) const;
 };
 
-/// The incident face as the reference face sees it: along its edges and above it; what `rectangle_clip` needs of both.
+/// The incident face in the reference face's frame: coordinates along that face's edges and above it, as
+/// `rectangle_clip` needs them.
 struct FaceLanes {
   V centre[2], edge1[2], edge2[2], height, height1, height2;  // heights above the reference box's centre
   V half1, half2, rectangle[2], top, near, slant, slip[2];
-  M edges;  // the normal is an edges' axis
+  M edges;  // the normal is an edge axis
 
-  /// Is one corner all of the patch? Which: its place in the plane and above, and its number.
+  /// True if a single corner is the whole patch; sets its position in the plane, its height, and its number.
   HWY_INLINE M find_lone_corner(double margin, V* corner, V& corner_height, V& corner_name) const;
   HWY_INLINE void store(V name, V distance, std::size_t at, RectanglePairRows& faces) const;
 };
 
-// measure_axes and best_separation.
+// As measure_axes and best_separation.
 HWY_INLINE void Lanes::find_axis(double margin) {
   V numerators[9];
   M may_win[9];
@@ -76,7 +78,7 @@ HWY_INLINE void Lanes::find_axis(double margin) {
   measure_edges(numerators, may_win);
 }
 
-/// The boxes as A sees them, and the best of the six faces' normals.
+/// Transforms the boxes into A's frame, and finds the best of the six face normals.
 HWY_INLINE void Lanes::measure_faces() {
   for (int k = 0; k < 3; ++k) shift[k] = hn::Sub(b[9 + k], a[9 + k]);
   V u[3], face_of_a[3], face_of_b[3];
@@ -105,7 +107,7 @@ HWY_INLINE void Lanes::measure_faces() {
   for (V& n : edge_normal) n = number(0);
 }
 
-/// Of the nine products of edges those that may be better than the best face, by their short formula.
+/// Screens the nine edge axes by their short formula for those that may be better than the best face.
 HWY_INLINE void Lanes::screen_edges(double margin, V* numerators, M* may_win) const {
   const V hopeless = hn::Min(best, number(0));
   const M near = hn::Le(best, number(margin));
@@ -130,7 +132,7 @@ HWY_INLINE void Lanes::screen_edges(double margin, V* numerators, M* may_win) co
   }
 }
 
-/// Each lane goes through its own edges, which are few, in their order.
+/// Each lane goes through its own few candidates in their order.
 HWY_INLINE void Lanes::measure_edges(const V* numerators, const M* may_win) {
   V least = hn::Mul(number(tolerance::tie), size), edge = number(-1);
   for (;;) {
@@ -148,7 +150,8 @@ HWY_INLINE void Lanes::measure_edges(const V* numerators, const M* may_win) {
   }
 }
 
-/// The separation along the product of two edges, 3 i + j, a pair of them a lane; the best if it is better by `least`.
+/// The separation along the edge axis 3 i + j, of another pair of edges in each lane; becomes the best if it is better
+/// by `least`.
 HWY_INLINE void Lanes::measure_edge(V edge, V numerator, M valid, V& least) {
   const M second = hn::Ge(edge, number(3)), third = hn::Ge(edge, number(6));
   const V i = hn::IfThenElse(third, number(2), hn::IfThenElseZero(second, number(1)));
@@ -177,7 +180,7 @@ HWY_INLINE void Lanes::measure_edge(V edge, V numerator, M valid, V& least) {
   for (int k = 0; k < 3; ++k) edge_normal[k] = hn::IfThenElse(better, n[k], edge_normal[k]);
 }
 
-// axis_direction.
+// As axis_direction.
 HWY_INLINE void Lanes::find_normal() {
   for (int k = 0; k < 3; ++k) normal[k] = edge_normal[k];
   for (int face = 0; face < 6; ++face) {
@@ -190,7 +193,7 @@ HWY_INLINE void Lanes::find_normal() {
   turn(a, normal, world_normal);
 }
 
-// describe_edges and edges_witness: false where that is, and for faces.
+// As describe_edges and edges_witness: false where these fail, and for face axes.
 HWY_INLINE M Lanes::find_edges_witness() {
   const Choice i(edge_i), j(edge_j);
   V against[3], along[3];
@@ -229,7 +232,7 @@ HWY_INLINE M Lanes::find_edges_witness() {
   return hn::And(witness, hn::Le(off2, hn::Mul(slack, slack)));
 }
 
-// choose_reference of append_box_manifold.
+// As choose_reference of append_box_manifold.
 HWY_INLINE void Lanes::choose_reference(M& of_b, V& face) const {
   const M edges = hn::Ge(axis, number(6));
   of_b = hn::Ge(axis, number(3));
@@ -281,7 +284,7 @@ HWY_INLINE M FaceLanes::find_lone_corner(double margin, V* corner, V& corner_hei
   return lone;
 }
 
-/// With the centre and the edges sheared along the normal, into the plane over which a point lies.
+/// Stores the faces, with the centre and the edges sheared along the normal, so that points are projected along it.
 HWY_INLINE void FaceLanes::store(V name, V distance, std::size_t at, RectanglePairRows& faces) const {
   const D lane;
   const V below = hn::Sub(top, height);
@@ -307,7 +310,7 @@ HWY_INLINE void FaceLanes::store(V name, V distance, std::size_t at, RectanglePa
   hn::Store(name, lane, faces.name + at);
 }
 
-/// Columns of the frame of the reference box, and of the other's: by choice of each lane.
+/// The rotation columns of the reference box, and of the other box, by the choice of each lane.
 struct ReferenceLanes {
   V pose[12], other[9], d[3], away[3], reference[3], incident[3];
 
@@ -321,7 +324,8 @@ struct ReferenceLanes {
       incident[k] = hn::IfThenElse(of_b, x.half_a[k], x.half_b[k]);
     }
   }
-  /// The incident face cosine against the normal most; where two do alike, the first. `turned`: its side is the lower.
+  /// The incident face, whose normal is most opposed to the reference face's; of two alike, the first. `turned`: its
+  /// lower side.
   HWY_INLINE V find_incident(const V* outward, M& turned) const {
     V cosine[3], face = number(0);
     for (int k = 0; k < 3; ++k) cosine[k] = dot(outward, other + 3 * k);
@@ -337,7 +341,7 @@ struct ReferenceLanes {
   }
 };
 
-// FaceClip of append_box_manifold: the two faces, and whether one corner is all of the patch.
+// As FaceClip of append_box_manifold: the two faces, and whether a single corner is the whole patch.
 HWY_INLINE M Lanes::find_faces(double margin, std::size_t at, RectanglePairRows& faces, V* point, V& depth,
                                V& feature) const {
   M of_b;
@@ -444,7 +448,7 @@ void overlap_boxes(const BoxPairRows& pairs, std::size_t count, double margin, B
     store_in_turn(point[0], point[1], point[2], normal[0], at, found.contacts.first);
     store_in_turn(normal[1], normal[2], hn::IfThenElse(crossing, hn::Neg(x.best), depth),
                   whole_bits(hn::IfThenZeroElse(crossing, feature)), at, found.contacts.second);
-    // The last that holds.
+    // The last condition that holds.
     const hn::RebindToSigned<D> whole;
     auto finding = hn::Set(whole, BoxFinding::unknown);
     const auto finds = [&](M it, std::int64_t what) HWY_ATTR {

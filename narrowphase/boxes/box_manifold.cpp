@@ -1,3 +1,4 @@
+// The contact manifold of two boxes: the incident face clipped by the reference face (Sutherland and Hodgman 1974).
 #include "boxes/box_manifold.h"
 
 #include <bit>
@@ -8,18 +9,18 @@
 namespace tandem {
 namespace {
 
-/// A point of the face plane: its two coordinates in the plane, and its height above the box's centre.
+/// A point relative to the reference face: two coordinates in its plane, and the height above its box's centre.
 struct PlanePoint {
   double u, w, height;
 };
 PlanePoint operator+(const PlanePoint& p, const PlanePoint& q) { return {p.u + q.u, p.w + q.w, p.height + q.height}; }
 PlanePoint operator*(double s, const PlanePoint& p) { return {s * p.u, s * p.w, s * p.height}; }
 
-// The sides of a rectangle's corners, counterclockwise.
+// The signs of a rectangle's corners along its two axes, counterclockwise.
 constexpr double side_u[4] = {1, -1, -1, 1}, side_w[4] = {1, 1, -1, -1};
 
-// What meets in a point: the reference body's corner or edge first, then the incident one's. Face, then corner or edge
-// of the face by number; the two bodies are told apart by place, so that a name says the same in the next step.
+// The features that meet in a contact point, as its name: the face of each box, then the corner or edge of the face,
+// the reference box's first. Bodies are distinguished by their order, so that a name is the same in the next step.
 enum class Meeting : std::uint32_t { incident_corner = 0, reference_corner = 1, edges = 2 };
 std::uint32_t feature_name(int reference_face, int incident_face, Meeting meeting, int of_reference, int of_incident,
                            bool reference_is_b) {
@@ -28,18 +29,18 @@ std::uint32_t feature_name(int reference_face, int incident_face, Meeting meetin
          static_cast<std::uint32_t>(of_reference) << 4 | static_cast<std::uint32_t>(of_incident);
 }
 
-/// The face that carries a patch, seen from its box; `tilted`: the normal is not its own.
+/// The reference face in its box's frame; `tilted`: the contact normal is not the face's.
 struct Carrier {
   int axis;
   double side;
   bool tilted;
 };
 
-/// The end of both: nothing where the patch misses the deepest point of an edges' axis.
+/// Appends the points of the patch; nothing for an edge axis whose deepest point the patch misses.
 void append_patch(PatchPoint* points, int count, const Carrier& face, double signed_distance, double size,
                   const Pose& pose, const Vec3& world_normal, std::vector<Contact>& contacts) {
   if (face.tilted) {
-    // Where the edges cross must be among them; the deepest that was found stands for it.
+    // The crossing of the two edges must be among the points; the deepest one stands for it.
     int deepest = 0;
     for (int i = 1; i < count; ++i)
       if (points[i].depth > points[deepest].depth) deepest = i;
@@ -52,8 +53,8 @@ void append_patch(PatchPoint* points, int count, const Carrier& face, double sig
   append_points(points, count, pose, world_normal, contacts);
 }
 
-/// The box that carries the reference face, and the face's axis. Of faces that lie on each other any will do, and which
-/// separates by more, or an edge's axis by more than both, is left to rounding: A's.
+/// The reference face: its box and axis. Of faces that lie on each other either would do, and which separates by more,
+/// or whether an edge axis does, depends on rounding: A's is taken.
 struct ReferenceAxis {
   bool of_b;
   int axis;
@@ -78,10 +79,10 @@ ReferenceAxis choose_reference(const BoxAnswer& answer, const Pose& pose_b, cons
 
 double at_axis(const HalfSize& h, int i) { return h[static_cast<std::size_t>(i)]; }
 
-/// The incident face's rectangle, of the box that is seen from the reference box, clipped by the reference face's.
+/// Clips the rectangle of the incident face by that of the reference face.
 class FaceClip {
  public:
-  /// `away`: the normal in the world, out of the reference box; `slants`: it is an edges' axis. Metres.
+  /// `away`: the normal in the world, pointing out of the reference box; `slants`: it is an edge axis. Metres.
   FaceClip(const HalfSize& reference, const Pose& pose, const HalfSize& incident, const Pose& other,
            const ReferenceAxis& chosen, const Vec3& away, bool slants, double most_depth, double margin)
       : of_b_(chosen.of_b),
@@ -97,15 +98,14 @@ class FaceClip {
         aw_(at_axis(reference, iw_)),
         top_(at_axis(reference, axis_)) {
     const auto row = [&](int i, const Vec3& v) { return pose.rotation.col(i).dot(v); };
-    // Depths are measured, and points put midway, along the normal: seen from the face it has this slant and these
-    // slips.
+    // Depths are measured along the normal, and points lie midway along it: its components relative to the face.
     const double along_face = row(axis_, away);
     side_ = along_face >= 0 ? 1.0 : -1.0;
     slant_ = slants ? std::abs(along_face) : 1.0;
     slip_u_ = slants ? row(iu_, away) : 0.0, slip_w_ = slants ? row(iw_, away) : 0.0;
     const Vec3 outward = side_ * pose.rotation.col(axis_);
 
-    // The incident face looks against the normal most; where two do alike, the first.
+    // The incident face is the one most opposed to the reference face's normal; of two alike, the first.
     int k = 0;
     double facing = std::abs(outward.dot(other.rotation.col(0)));
     for (int j = 1; j < 3; ++j) {
@@ -126,8 +126,8 @@ class FaceClip {
 
   Carrier carrier(bool tilted) const { return {axis_, side_, tilted}; }
 
-  /// Deepest is the corner below both edges. Where it is the face's only one that touches, and all that touches around
-  /// it lies well over the reference face, it is all of the patch, and is appended.
+  /// If the deepest corner is the only one of the face that touches, and the touching region around it lies well inside
+  /// the reference face, the corner is the whole patch, and is appended.
   bool append_lone_corner(const Pose& pose, const Vec3& world_normal, std::vector<Contact>& contacts) const {
     const double lowest = centre_.height - std::abs(e1_.height) - std::abs(e2_.height),
                  touching = top_ + (margin_ + near_) * slant_;
@@ -153,7 +153,8 @@ class FaceClip {
     return true;
   }
 
-  /// Corners of the one face over the other, and where their edges cross; how many.
+  /// Sets the points of the patch: corners of either face over the other, and crossings of their edges. Returns how
+  /// many.
   int clip(PatchPoint* points) {
     points_ = points;
     PlanePoint corner[4];
@@ -177,7 +178,7 @@ class FaceClip {
     return feature_name(reference_face_, incident_face_, meeting, of_reference, of_incident, of_b_);
   }
 
-  /// From here on in the plane at the place over which a point lies, along the normal.
+  /// Shears the incident face along the normal, so that its points are projected onto the reference plane along it.
   void shear() {
     const double lean_u = slip_u_ / slant_, lean_w = slip_w_ / slant_;
     const double below = top_ - centre_.height;
@@ -186,8 +187,8 @@ class FaceClip {
     e2_.u -= lean_u * e2_.height, e2_.w -= lean_w * e2_.height;
   }
 
-  /// Moving by the pair's depth separates them everywhere, so nowhere is it more; rounding alone keeps a point of a
-  /// face that touches from touching.
+  /// Adds a point. Its depth is at most the pair's, since moving by that separates the boxes; a depth just below
+  /// touching is rounded up to it.
   void add(const PlanePoint& p, Meeting meeting, int of_reference, int of_incident) {
     const double depth = std::min((top_ - p.height) / slant_, most_depth_);
     if (depth < -margin_ - near_) return;
@@ -200,9 +201,11 @@ class FaceClip {
     point.feature = name(meeting, of_reference, of_incident);
   }
 
-  /// How many the incident face lies over, also where an incident corner stands for one.
+  /// Adds corners of the reference face that lie under the incident face; returns how many do, including those for
+  /// which an incident corner stands.
   int add_reference_corners() {
-    const double det = e1_.u * e2_.w - e1_.w * e2_.u;  // the incident face is no steeper than a cube's on its corner
+    // Nonzero: an incident face makes at most the angle of a cube standing on its corner.
+    const double det = e1_.u * e2_.w - e1_.w * e2_.u;
     const double near1 = near_ / half1_, near2 = near_ / half2_;
     int covered = 0;
     for (int i = 0; i < 4; ++i) {
@@ -220,8 +223,8 @@ class FaceClip {
   }
 
   void add_crossings(const PlanePoint* corner) {
-    // Lines 0, 1: u = au, -au; 2, 3: w = aw, -aw. An edge may cross one well between its ends; nearer, the corner
-    // stands for the crossing.
+    // Lines 0, 1: u = au, -au; 2, 3: w = aw, -aw. A crossing counts only well between the ends of an edge; near an end,
+    // the corner stands for it.
     double before[4][4];
     unsigned crossed = 0;
     for (int line = 0; line < 4; ++line) {
@@ -294,7 +297,7 @@ void append_box_patch(const RectanglePairRows& pairs, std::size_t pair, const Re
     point.at[iu] = patches.u[i][column];
     point.at[iw] = patches.w[i][column];
     point.at[axis] = side * (top - 0.5 * point.depth * slant);
-    // Corners by their numbers, crossings by both edges'.
+    // The name of a corner has its number, that of a crossing both edges' numbers.
     point.feature = name | (i < 4   ? static_cast<std::uint32_t>(Meeting::incident_corner) << 16 | i
                             : i < 8 ? static_cast<std::uint32_t>(Meeting::reference_corner) << 16 | (i - 4) << 4
                                     : static_cast<std::uint32_t>(Meeting::edges) << 16 | (i - 8) / 4 << 4 | i % 4);
@@ -307,7 +310,7 @@ void append_box_patch(const RectanglePairRows& pairs, std::size_t pair, const Re
 
 void append_halfspace_box(const HalfSize& half, const Pose& pose, const Vec3& world_normal, const Vec3& slope,
                           double height, double margin, std::vector<Contact>& contacts) {
-  // The face that looks down most has the lowest corner, and its corners are all that can matter.
+  // The lowest corner lies on the face most opposed to the normal, and only this face's corners can touch.
   int k = 0;
   for (int i = 1; i < 3; ++i)
     if (std::abs(slope[i]) > std::abs(slope[k])) k = i;
@@ -333,7 +336,7 @@ void append_halfspace_box(const HalfSize& half, const Pose& pose, const Vec3& wo
     point.feature = face | static_cast<std::uint32_t>(i);
   }
   if (count > 2 && std::min(size(u), size(w)) > 4 * thin * std::max(size(u), size(w)))
-    stand_for_deepest(points, count, slack);  // corners of a face that is no strip: all of them
+    stand_for_deepest(points, count, slack);  // a half-space's patch has all corners of the face
   else
     count = span_patch(points, count, slope, diagonal);
   append_points(points, count, pose, world_normal, contacts);

@@ -1,3 +1,4 @@
+// A quick separating axis test of several pairs of boxes, a pair a lane (vector kernel).
 #include "boxes/box_screen.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@
 namespace tandem {
 namespace {
 
-/// For eight bits the places of those that are set, from the lowest on, then 0: four bits each.
+/// For every byte the positions of its set bits, from the lowest on, then 0: four bits each.
 constexpr std::array<std::uint32_t, 256> chosen_first = [] {
   std::array<std::uint32_t, 256> table{};
   for (std::uint32_t bits = 0; bits < 256; ++bits) {
@@ -43,7 +44,7 @@ namespace tandem::HWY_NAMESPACE {
 
 static_assert(BoxPairList::most % lanes == 0 && BoxPairList::most <= 32 && lanes <= 8);
 
-/// Some pairs of boxes, in the order of who asks.
+/// Some pairs of boxes, in the caller's order.
 struct NearLanes {
   V a[12], b[12], half_a[4], half_b[4], shift[3];  // columns of the rotations, then the translations
 
@@ -65,7 +66,7 @@ HWY_INLINE M NearLanes::are_apart(double margin) const {
   const D d;
   const auto sum = [](const V* u, const V* v)
                        HWY_ATTR { return hn::MulAdd(u[2], v[2], hn::MulAdd(u[1], v[1], hn::Mul(u[0], v[0]))); };
-  // A frame of its own for the distance: what the coordinates lose far out is in neither pose any more.
+  // The error bound includes the size of the coordinates: far from the origin poses have lost digits.
   const V size =
       hn::Add(hn::Add(hn::Add(half_a[0], half_a[1]), half_a[2]), hn::Add(hn::Add(half_b[0], half_b[1]), half_b[2]));
   const V far = hn::Add(hn::Add(hn::Abs(shift[0]), hn::Abs(shift[1])), hn::Abs(shift[2]));
@@ -87,7 +88,7 @@ HWY_INLINE M NearLanes::are_apart(double margin) const {
   }
   M apart = hn::Gt(most, enough);
   if (hn::AllTrue(d, apart)) return apart;
-  // Along a_i x b_j, times its length: at most 1, so that what is enough with it is enough.
+  // The numerator is the separation times the length of a_i x b_j, which is at most 1: a sufficient numerator suffices.
   const V parallel = number(nearly_parallel);
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
@@ -103,7 +104,7 @@ HWY_INLINE M NearLanes::are_apart(double margin) const {
   return apart;
 }
 
-// boxes_reversed.
+// As boxes_reversed.
 HWY_INLINE M NearLanes::are_reversed(const BoxPairList& pairs, std::size_t at) const {
   const D d;
   const V zero = hn::Zero(d);
@@ -128,7 +129,7 @@ HWY_INLINE M NearLanes::are_reversed(const BoxPairList& pairs, std::size_t at) c
 HWY_INLINE void NearLanes::put(unsigned chosen, M reversed, BoxPairRows& rows, std::size_t column) const {
   const D d;
   const hn::RebindToUnsigned<D> whole;
-  // Not by Highway's Compress: with it gcc copies a table of 2 kB each time.
+  // Not by Highway's Compress, for which gcc copies a table of 2 kB each time.
   const auto places = hn::Shr(hn::Set(whole, chosen_first[chosen]), hn::ShiftLeft<2>(hn::Iota(whole, 0)));
   const auto order = hn::IndicesFromVec(d, hn::And(places, hn::Set(whole, 7)));
   const auto put_row = [&](V x, double* row) HWY_ATTR { hn::StoreU(hn::TableLookupLanes(x, order), d, row + column); };
@@ -176,7 +177,7 @@ std::uint32_t screen_boxes(const BoxPairList& pairs, double) {
   return static_cast<std::uint32_t>((std::uint64_t{1} << pairs.count) - 1);
 }
 std::uint32_t take_near_boxes(const BoxPairList& pairs, double margin, BoxPairRows&, std::size_t) {
-  return screen_boxes(pairs, margin);  // all of them unknown, whatever their rows hold
+  return screen_boxes(pairs, margin);  // all are unknown, whatever their rows contain
 }
 // NOLINTEND(misc-definitions-in-headers)
 

@@ -1,3 +1,4 @@
+// A quick separating axis test of several pairs of boxes at once.
 #pragma once
 #include <cstdint>
 
@@ -6,7 +7,7 @@
 
 namespace tandem {
 
-/// Pairs of boxes that are looked at together.
+/// Pairs of boxes that are tested together.
 struct BoxPairList {
   static constexpr std::size_t most = 32;
   const Pose *pose_a[most], *pose_b[most];
@@ -22,12 +23,12 @@ struct BoxPairList {
 };
 
 /// The separating axis test (Gottschalk 1996) of several pairs at once, a pair a lane. Bit i is set unless some axis
-/// separates pair i by more than the margin and all that rounding may take from it. What stays may be apart as well:
-/// nearly parallel edges are left out, and machines without such lanes leave all.
+/// separates pair i by more than the margin and a bound on the rounding errors. Remaining pairs may be separated as
+/// well: nearly parallel edges are left out, and machines without such vectors keep all pairs.
 std::uint32_t screen_boxes(const BoxPairList& pairs, double margin);
 
-/// And puts those that stay into columns of `rows`, from `column` on: each in the order of its two boxes that
-/// `boxes_reversed` asks for. There must be room for `BoxPairList::most` columns, and what is in them is lost.
+/// The same; also puts the remaining pairs into columns of `rows`, from `column` on, each in the order of its boxes
+/// that `boxes_reversed` requires. There must be room for `BoxPairList::most` columns, whose contents are lost.
 std::uint32_t take_near_boxes(const BoxPairList& pairs, double margin, BoxPairRows& rows, std::size_t column);
 
 }  // namespace tandem

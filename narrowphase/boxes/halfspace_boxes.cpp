@@ -1,3 +1,4 @@
+// Half-spaces and boxes, a pair a lane (vector kernel).
 #include "boxes/halfspace_boxes.h"
 
 #include <algorithm>
@@ -22,11 +23,12 @@ static_assert(HalfspaceBoxList::most % hn::MaxLanes(D()) == 0);
 
 static_assert(offsetof(PlacedHalfspace, sense) == 7 * sizeof(double));
 
-/// Half-spaces and boxes of some lanes.
+/// The pairs of a vector: half-spaces and boxes.
 struct HalfspaceLanes {
   V plane[8], pose[12], half[4];
-  V height, slope[3], distance;  // of the box's centre, of its axes along the normal, of its lowest corner
-  V lowest[3];                   // that corner, in the box's frame
+  // Height of the box's centre, slopes of its axes along the normal, distance of its lowest corner.
+  V height, slope[3], distance;
+  V lowest[3];                   // the lowest corner, in the box's frame
   V away[3];                     // the normal, from the first shape to the second
 
   HWY_INLINE void load(const HalfspaceBoxList& pairs, std::size_t at);
@@ -65,7 +67,7 @@ HWY_INLINE void HalfspaceLanes::store_answers(std::size_t at, HalfspaceBoxFindin
   store_in_turn(second[0], second[1], second[2], away[0], at, found.answers.second);
 }
 
-/// append_halfspace_box: the corners of the face that looks down.
+/// As append_halfspace_box: the corners of the lowest face.
 HWY_INLINE void HalfspaceLanes::store_contacts(std::size_t at, double margin, HalfspaceBoxFindings& found) const {
   const D d;
   const V zero = hn::Zero(d), one = number(1), least_depth = number(-margin);

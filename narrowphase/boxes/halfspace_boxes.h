@@ -1,3 +1,4 @@
+// Several pairs of a half-space and a box at once, a pair a lane.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -12,7 +13,7 @@ struct PlacedHalfspace {
   Vec3 normal;
   double offset;
   Vec3 origin;
-  double sense;  ///< -1 where who asks has the box first, else 1
+  double sense;  ///< -1 where the caller has the box first, else 1
 };
 
 /// Half-spaces and posed boxes by pairs.
@@ -24,17 +25,17 @@ struct HalfspaceBoxList {
   std::size_t count = 0;
 };
 
-/// What is found, a pair a column, all in the world, in the order of who asks.
+/// Results, a pair a column, in the world, in the caller's order.
 struct HalfspaceBoxFindings {
   static constexpr std::size_t most = HalfspaceBoxList::most;
-  bool known[most];            ///< else the manifold is to be found by `append_halfspace_box`
+  bool known[most];            ///< false: use `append_halfspace_box` for the manifold
   std::uint8_t corners[most];  ///< bit i: corner i is a contact
   alignas(64) double distance[most];
   AnswerRows<most> answers;
-  ContactRows<most> contacts[4];  ///< of a face's corners
+  ContactRows<most> contacts[4];  ///< of the corners of a face
 };
 
-/// Signed distance and manifold of several pairs at once, a pair a lane; the same bits as one by one.
+/// Signed distances and manifolds of several pairs at once, a pair a lane; the same bits as one by one.
 void find_on_halfspaces(const HalfspaceBoxList& pairs, double margin, HalfspaceBoxFindings& found);
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// The distance of a segment and a box, for capsules.
 #include "boxes/segment_box.h"
 
 #include "closed_forms/closed_forms.h"
@@ -7,9 +8,9 @@
 namespace tandem {
 
 double nearest_on_line(const Vec3& half, const Vec3& middle, const Vec3& along, double reach, double start) {
-  // Newton's method on the derivative, which is piecewise linear and rises: exact once it is on the right one of the
-  // at most 7 pieces. Where it leaves the bracket, an end of a piece in it leads on; without one the bracket is a
-  // piece.
+  // Newton's method on the derivative, which is piecewise linear and increasing: exact once it reaches the right one of
+  // at most 7 pieces. If it leaves the bracket, the search continues at an end of a piece inside; without one the
+  // bracket is a single piece.
   double lo = -reach, hi = reach, x = start, slope_lo = 0, slope_hi = 0;
   const auto end_of_piece = [&] {
     for (int i = 0; i < 3; ++i)
@@ -28,7 +29,7 @@ double nearest_on_line(const Vec3& half, const Vec3& middle, const Vec3& along, 
       squared += over * over;
       curvature += over != 0 ? along[i] * along[i] : 0.0;
     }
-    // The distance itself changes by less than its rounding from here to either end.
+    // To either end the distance changes by less than its rounding.
     if (slope * slope <= tolerance::line_slope2 * squared) return x;
     if (slope > 0)
       hi = x, slope_hi = slope, seen_hi = true;
@@ -51,7 +52,7 @@ namespace {
 
 struct SegmentBoxPoints {
   Vec3 on_segment, on_box;
-  bool inside;  ///< of the segment, neither end
+  bool inside;  ///< at neither end of the segment
 };
 
 SegmentBoxPoints nearest(const Vec3& half, const Vec3& centre, const Vec3& along, double reach) {
@@ -60,7 +61,7 @@ SegmentBoxPoints nearest(const Vec3& half, const Vec3& centre, const Vec3& along
   return {p, p.cwiseMax(-half).cwiseMin(half), std::abs(x) < reach};
 }
 
-/// The axis that separates best: 0-2 faces, 3 + i: e_i x along.
+/// The axis of largest separation: 0-2 faces, 3 + i: e_i x along.
 struct SlabAxis {
   double separation;
   int index;
@@ -73,7 +74,7 @@ SlabAxis best_axis(const Vec3& half, const Vec3& centre, const Vec3& along, doub
     const double s = std::abs(centre[k]) - half[k] - reach * std::abs(along[k]);
     if (s > best.separation) best = {s, k, Vec3::Unit(k)};
   }
-  // An axis that is a face's too must not win by its rounding.
+  // An edge axis that coincides with a face normal must not win by its rounding.
   const double least = tolerance::tie * (half.sum() + reach);
   for (int i = 0; i < 3; ++i) {
     const int u = (i + 1) % 3, w = (i + 2) % 3;
@@ -91,12 +92,12 @@ SlabAxis best_axis(const Vec3& half, const Vec3& centre, const Vec3& along, doub
   return best;
 }
 
-/// The parameter of the segment's point that answers the axis, over the box's face or edge; false if there is none.
+/// The parameter of the segment's point that lies over the box's face or edge of the axis; false if there is none.
 bool witness(const Vec3& half, const Vec3& centre, const Vec3& along, double reach, const SlabAxis& axis, double& x) {
   const double slack = tolerance::on_feature * (half.sum() + reach);
   if (axis.index >= 3) {
     const int i = axis.index - 3;
-    // Where the line of the edge passes the segment's, seen along the axis.
+    // The point where the line of the edge passes the segment's, seen along the axis.
     Vec3 corner;
     for (int k = 0; k < 3; ++k) corner[k] = k == i ? 0.0 : std::copysign(half[k], axis.normal[k]);
     const Vec3 w = centre - corner, cross = Vec3::Unit(i).cross(along);
@@ -137,7 +138,7 @@ LocalAnswer segment_box_distance(const HalfSize& half_size, const Vec3& centre, 
   const double size = half.sum() + reach;
   const SegmentBoxPoints near = nearest(half, centre, along, reach);
   Vec3 offset = near.on_segment - near.on_box;
-  if (near.inside) offset -= offset.dot(along) * along;  // square, whatever is left of so small a difference
+  if (near.inside) offset -= offset.dot(along) * along;  // perpendicular, despite the rounding of so small a difference
   const double upper = offset.norm();
   LocalAnswer answer;
   answer.point_a = near.on_box;
@@ -147,7 +148,7 @@ LocalAnswer segment_box_distance(const HalfSize& half_size, const Vec3& centre, 
     answer.normal = offset / upper;
     return answer;
   }
-  // Close by, the direction between the points is noise where an axis is exact.
+  // Near contact the direction between the points is noise where an axis is exact.
   const SlabAxis axis = best_axis(half, centre, along, reach);
   if (axis.separation > 0 && upper - axis.separation > tolerance::axis_rounding * size) {
     answer.normal = offset / upper;
@@ -159,7 +160,7 @@ LocalAnswer segment_box_distance(const HalfSize& half_size, const Vec3& centre, 
     answer.point_b = centre + x * along;
     answer.point_a = answer.point_b - axis.separation * axis.normal;
   } else if (axis.separation <= 0) {
-    // The segment as a capsule without radius, its axis turned to z.
+    // The segment as a capsule of radius 0, its axis rotated to z.
     const ConvexView box = view_box(half_size);
     const ConvexView segment{
         .kind = ShapeKind::capsule, .param = {0, 2 * reach, 0, 0}, .vertices = {}, .hull = nullptr, .size = 2 * reach};

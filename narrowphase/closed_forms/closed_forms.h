@@ -1,19 +1,21 @@
+// Distances by formulas: a point and a simple shape, two segments.
 #pragma once
 #include "shapes/support.h"
 
 namespace tandem {
 
-/// Signed distance of a point to a shape, in the shape's frame.
+/// The signed distance of a point to a shape, in the shape's frame.
 struct PointDistance {
   double signed_distance;
   Vec3 nearest;  ///< on the surface
-  Vec3 normal;   ///< unit, outward: the direction from the surface to a point outside
+  Vec3 normal;   ///< unit, outward: for a point outside, the direction from the surface to it
 };
 
-/// `shape` is a sphere, box, capsule, cylinder, cone, half-space or triangle (of zero thickness: never inside).
+/// `shape` is a sphere, box, capsule, cylinder, cone, half-space or triangle (without thickness: no point is inside).
 PointDistance point_distance(const ConvexView& shape, const Vec3& p);
 
-/// Closest points of two segments, centre +- half, and the normal from the first to the second, also where they cross.
+/// The closest points of two segments, centre +- half, and the normal from the first to the second, defined also where
+/// they cross.
 struct SegmentDistance {
   double distance;
   Vec3 point_a;

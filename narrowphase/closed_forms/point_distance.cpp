@@ -1,3 +1,4 @@
+// Distances of points to simple shapes, and of two segments, by formulas.
 #include "closed_forms/closed_forms.h"
 
 #include "tolerances.h"
@@ -26,7 +27,7 @@ PointDistance to_box(const Vec3& half, const Vec3& p) {
   return r;
 }
 
-/// A solid of revolution about z from its half profile: x is the distance from the axis.
+/// The distance in the half profile of a solid of revolution about z: x is the distance from the axis.
 struct Profile {
   double signed_distance, x, z, nx, nz;
 };
@@ -53,20 +54,20 @@ PointDistance to_cylinder(double radius, double half, const Vec3& p) {
 PointDistance to_cone(double radius, double length, const Vec3& p) {
   const double rho = std::sqrt(p[0] * p[0] + p[1] * p[1]), h = 0.5 * length;
   const double slant = std::sqrt(radius * radius + length * length);
-  const double nx = length / slant, nz = radius / slant;  // outward normal of the side
+  const double nx = length / slant, nz = radius / slant;  // outward normal of the lateral surface
   const double below = -h - p[2];
-  const double off = nx * rho + nz * (p[2] - h);  // above the side
+  const double off = nx * rho + nz * (p[2] - h);  // height above the lateral surface
   if (below <= 0 && off <= 0) {
     if (below >= off) return revolve(p, rho, {below, rho, -h, 0, -1});
     return revolve(p, rho, {off, rho - off * nx, p[2] - off * nz, nx, nz});
   }
-  // Outside: the base, its circle, the side or the apex is nearest.
+  // Outside: the base, its circle, the lateral surface or the apex is nearest.
   if (below >= 0 && rho <= radius) return revolve(p, rho, {below, rho, -h, 0, -1});
-  const double t = nz * rho - nx * (p[2] - h);  // distance down the side from the apex, in [0, slant] on it
+  const double t = nz * rho - nx * (p[2] - h);  // distance down the lateral surface from the apex, in [0, slant] on it
   if (t <= 0 || t >= slant) {
     const double x = t <= 0 ? 0 : radius, z = t <= 0 ? h : -h;
     const double dx = rho - x, dz = p[2] - z, d = std::sqrt(dx * dx + dz * dz);
-    // The direction to an edge is between the normals of its two sides, whatever rounding made of so small a
+    // The direction to an edge lies between the normals of its two faces, whatever the rounding of so small a
     // difference.
     if (!(d > 0) || (nz * dx < nx * dz) == (t >= slant)) return revolve(p, rho, {d, x, z, nx, nz});
     if (dx < 0) return revolve(p, rho, {d, x, z, 0, -1});
@@ -75,23 +76,23 @@ PointDistance to_cone(double radius, double length, const Vec3& p) {
   return revolve(p, rho, {off, rho - off * nx, p[2] - off * nz, nx, nz});
 }
 
-/// The vector to p from the nearest point of the segment: square to it, or from an end.
+/// The vector to p from the nearest point of the segment: perpendicular to it, or from an end.
 struct PointToSegment {
   Vec3 from, d;
   bool square;
 };
 PointToSegment point_to_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
   const Vec3 ab = b - a;
-  // From both ends: how far from the nearer one would be lost in the length.
+  // From both ends: a small distance from the nearer one would be lost in the length.
   const double from_a = (p - a).dot(ab), from_b = (b - p).dot(ab), length2 = ab.squaredNorm();
   if (!(from_a > 0)) return {a, p - a, false};
   if (!(from_b > 0)) return {b, p - b, false};
   const bool first = from_a <= from_b;
   const Vec3& end = first ? a : b;
   const Vec3 along = (first ? from_a : -from_b) / length2 * ab;
-  // From that end, not from the point on the segment, which is rounded where coordinates are large beside d.
+  // From that end, not from the point on the segment, which is rounded where coordinates are large relative to d.
   const Vec3 d = (p - end) - along;
-  return {end + along, d - (d.dot(ab) / length2) * ab, true};  // whatever is left of so small a difference
+  return {end + along, d - (d.dot(ab) / length2) * ab, true};  // removes what rounding left along the segment
 }
 
 PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
@@ -101,19 +102,19 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
   const double longest = std::max({ab2, ac2, bc2});
   const Vec3& side = longest == bc2 ? bc : longest == ac2 ? ac : ab;
   Vec3 n = longest == bc2 ? Vec3(ab.cross(ac)) : longest == ac2 ? Vec3(ab.cross(bc)) : Vec3(ac.cross(bc));
-  // A sliver's normal is off by rounding over its height; along the longest side, where corners are far from each
-  // other, that would show in heights above the plane.
+  // The normal of a sliver is off by rounding over its height; along the longest side, where corners are far apart,
+  // that would show in heights above the plane, so it is made perpendicular to that side.
   if (longest > 0) n -= (n.dot(side) / longest) * side;
   const double length = n.norm();
   const bool area = length > tolerance::no_area * longest;
   PointDistance above{};
   if (area) {
     const Vec3 unit = n / length;
-    // By the nearest corner, so that a small height keeps its digits.
+    // Relative to the nearest corner, so that a small height keeps its digits.
     const double a2 = pa.squaredNorm(), b2 = pb.squaredNorm(), c2 = pc.squaredNorm();
     const double height = -unit.dot(a2 <= b2 ? (a2 <= c2 ? pa : pc) : (b2 <= c2 ? pb : pc));
     above = {std::abs(height), p - height * unit, height >= 0 ? unit : Vec3(-unit)};
-    // By the edges: from far away the distances to two corners are the same number.
+    // By the edges, since from far away the distances to two corners are the same number.
     if (n.dot(pa.cross(ab)) >= 0 && n.dot(pb.cross(bc)) >= 0 && n.dot(ac.cross(pc)) >= 0) return above;
   }
   PointDistance best{};
@@ -124,7 +125,7 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
     const PointToSegment to_edge = point_to_segment(*e[0], *e[1], p);
     const Vec3 along = *e[1] - *e[0];
     const double distance = to_edge.d.norm();
-    // Next to a corner the edge has the more exact direction, though not a smaller distance, to rounding.
+    // Near a corner the edge has the more exact direction, though its distance may not be smaller, to rounding.
     const double tie = (to_edge.square - square) * (tolerance::tie * best.signed_distance + epsilon * reach);
     if (any && !(distance < best.signed_distance + tie)) continue;
     any = true;
@@ -138,7 +139,8 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
       normal = any_perpendicular(along);
     best = {distance, to_edge.from, normal};
   }
-  // Over the circle to rounding: the direction between points that nearly touch is noise, the plane's normal is not.
+  // Within rounding of the circle the direction between points that nearly touch is noise, while the plane's normal is
+  // not.
   if (area && (best.nearest - above.nearest).squaredNorm() <= tolerance::lost2 * longest) {
     best.signed_distance = above.signed_distance;
     best.normal = above.normal;
@@ -167,7 +169,7 @@ PointDistance point_distance(const ConvexView& s, const Vec3& p) {
       return {above, p - above * n, n};
     }
     case ShapeKind::triangle: {
-      // A triangle of no area may keep fewer corners in its hull.
+      // A triangle without area may have fewer vertices in its hull.
       const std::size_t last = s.vertices.size() - 1;
       return to_triangle(s.vertices[0], s.vertices[std::min<std::size_t>(1, last)],
                          s.vertices[std::min<std::size_t>(2, last)], p);
@@ -177,21 +179,21 @@ PointDistance point_distance(const ConvexView& s, const Vec3& p) {
     case ShapeKind::convex:
     case ShapeKind::mesh:
     case ShapeKind::plane:
-      break;  // a ball; others have no closed form and are not asked
+      break;  // a sphere; other kinds have no closed form and are not passed
   }
   return to_ball(Vec3::Zero(), p, s.param[0]);
 }
 
 namespace {
 
-/// Two segments, r + s u and t v with s and t in [-1, 1], seen from the centre of the second.
+/// Two segments, r + s u and t v with s and t in [-1, 1], relative to the centre of the second.
 class SegmentPair {
  public:
   SegmentPair(const Vec3& r, const Vec3& u, const Vec3& v) : r_(r), u_(u), v_(v) {}
 
-  /// s and t where they are nearest.
+  /// Finds the parameters s and t of the nearest points.
   void find_nearest();
-  /// From the point at s to the one at t; inside a segment square to it, whatever is left of so small a difference.
+  /// The vector from the point at s to the one at t; inside a segment perpendicular to it, despite rounding.
   Vec3 gap() const;
   /// The distance and the unit normal from the first to the second; `gap` as above.
   void measure(const Vec3& gap, SegmentDistance& d) const;
@@ -211,7 +213,7 @@ class SegmentPair {
   const double ru_ = r_.dot(u_), rv_ = r_.dot(v_);
   const double by_uu_ = uu_ > 0 ? 1 / uu_ : 0.0, by_vv_ = vv_ > 0 ? 1 / vv_ : 0.0;
   const Vec3 cross_ = u_.cross(v_);
-  const double det_ = cross_.squaredNorm();  // uu vv - uv^2 without its cancellation
+  const double det_ = cross_.squaredNorm();  // uu vv - uv^2 without cancellation
   const bool crossing_ = (det_ > (tolerance::parallel_lines2 * uu_ * vv_)) && (det_ > 0);
   bool interior_ = false;  // both parameters are those of the lines' common perpendicular
 };
@@ -219,17 +221,17 @@ class SegmentPair {
 void SegmentPair::find_nearest() {
   bool sides = true;
   if (crossing_) {
-    // Both parameters from cross products: exact to rounding also for nearly parallel segments.
+    // Both parameters from cross products: exact to rounding even for nearly parallel segments.
     const Vec3 x = v_.cross(cross_), y = u_.cross(cross_);
     s = -r_.dot(x) / u_.dot(x);
     t = r_.dot(y) / v_.dot(y);
     interior_ = std::abs(s) <= 1 && std::abs(t) <= 1;
-    // What rounding makes of either where they are nearly parallel is long; across the gap it shows only by the
-    // other's.
+    // For nearly parallel segments the rounding error of either parameter is long; it affects the gap only if the other
+    // parameter does not match.
     if (interior_) t = best_t(s);
     if (!interior_ && det_ > tolerance::crossing2 * uu_ * vv_) {
-      // A convex quadratic over a square: from the best s of all to the best t for it, and where that is an end to the
-      // best s for that (Ericson 2005, 5.1.9). Nearly parallel ones could end on the wrong side.
+      // A convex quadratic over a square: the best s overall, the best t for it, and, if that is an end, the best s for
+      // that (Ericson 2005, 5.1.9). For nearly parallel segments this could end on the wrong side.
       t = best_t(std::clamp(s, -1.0, 1.0));
       s = std::abs(t) < 1 ? std::clamp(s, -1.0, 1.0) : best_s(t);
       sides = false;
@@ -238,7 +240,7 @@ void SegmentPair::find_nearest() {
   if (!interior_ && sides) try_sides();
 }
 
-/// The minimum lies on the boundary of the square of parameters: the best of its four sides.
+/// The minimum lies on the boundary of the parameter square: the best of its four sides.
 void SegmentPair::try_sides() {
   double least = -1;
   for (int side = 0; side < 4; ++side) {
@@ -250,7 +252,7 @@ void SegmentPair::try_sides() {
   if (!crossing_ && uu_ > 0 && vv_ > 0) take_middle();
 }
 
-/// Of parallel segments the middle of the stretch where they run side by side, if there is one.
+/// For parallel segments, takes the middle of the interval where they run side by side, if there is one.
 void SegmentPair::take_middle() {
   const double length = std::sqrt(uu_), reach = std::sqrt(vv_), offset = -ru_ / length;
   const double lo = std::max(-length, offset - reach), hi = std::min(length, offset + reach);
@@ -266,15 +268,15 @@ Vec3 SegmentPair::gap() const {
   return gap;
 }
 
-/// Is so small a distance more than what rounding leaves of a difference?
+/// True if a distance is larger than the rounding error of a difference.
 bool SegmentPair::above_rounding(double distance) const {
   if (distance * distance > tolerance::lost_of_three2 * (r_.squaredNorm() + uu_ + vv_))
-    return true;  // without three roots
+    return true;  // avoids three square roots
   return distance > tolerance::lost * (r_.norm() + std::sqrt(uu_) + std::sqrt(vv_));
 }
 
-/// The unit normal of both. Of nearly parallel segments the product is small and askew: square to the longer, where its
-/// tilt would tell.
+/// The unit normal of both segments. For nearly parallel ones the cross product is short and inexact: it is made
+/// perpendicular to the longer one, where an error would have the most effect.
 Vec3 SegmentPair::across() const {
   const Vec3 &longer = uu_ >= vv_ ? u_ : v_, n = cross_ / std::sqrt(det_);
   return (n - (n.dot(longer) / std::max(uu_, vv_)) * longer).normalized();
@@ -283,7 +285,7 @@ Vec3 SegmentPair::across() const {
 void SegmentPair::measure(const Vec3& gap, SegmentDistance& d) const {
   d.distance = gap.norm();
   if (interior_) {
-    // Both inside: the common perpendicular, defined also where they cross.
+    // Both points are interior: the common perpendicular, defined also where the segments cross.
     const Vec3 n = across();
     const double along = n.dot(-r_);
     d.distance = std::abs(along);
@@ -291,7 +293,7 @@ void SegmentPair::measure(const Vec3& gap, SegmentDistance& d) const {
   } else if (above_rounding(d.distance)) {
     d.normal = unit(gap, d.distance);
   } else if (crossing_) {
-    // They meet: the normal of the plane of both is right, and the direction of the gap would be noise.
+    // The segments intersect: the normal of their common plane is right, while the direction of the gap is noise.
     d.normal = across();
     if (d.normal.dot(r_) > 0) d.normal = -d.normal;
   } else {

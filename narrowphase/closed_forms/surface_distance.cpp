@@ -1,3 +1,4 @@
+// The distance of a point from the surface of a convex shape, from outside and inside.
 #include "closed_forms/surface_distance.h"
 
 #include <algorithm>
@@ -27,7 +28,7 @@ Vec3 ellipsoid_normal(const Vec3& a, const Vec3& p) {
   int shortest = 0;
   const double least = a.minCoeff(&shortest);
   const Vec3 ap = a.cwiseProduct(p), more = ((a.array() - least) * (a.array() + least)).matrix();
-  const auto over = [&](const Vec3& v, double s) {  // what is 0 stays so, also over 0
+  const auto over = [&](const Vec3& v, double s) {  // the quotient, 0 for v = 0 even if the denominator is 0
     Vec3 out;
     for (int i = 0; i < 3; ++i) out[i] = v[i] == 0 ? 0 : v[i] / (s + more[i]);
     return out;
@@ -84,8 +85,8 @@ double exit_of_cylinder(double radius, double half, const Vec3& p, const Vec3& d
   return length;
 }
 
-// Of the double cone about the apex the first root ahead is where the line leaves: from inside the lower half the line
-// meets that, or the base, before the upper one.
+// For the double cone about the apex: from inside the lower half, the line leaves at the first root ahead, where it
+// meets this half, or the base, before the upper half.
 double exit_of_cone(double radius, double length, const Vec3& p, const Vec3& d) {
   const double h = 0.5 * length, slope = radius / length, down = h - p[2], fall = -d[2];
   double out = d[2] < 0 ? (h + p[2]) / -d[2] : infinity;
@@ -95,7 +96,8 @@ double exit_of_cone(double radius, double length, const Vec3& p, const Vec3& d) 
   if (a > 0) {
     out = std::min(out, last_root(a, b, c));
   } else if (a < 0) {
-    // Steeper than the side: both roots on one side; up they are ahead, and the apex before the second.
+    // Steeper than the lateral surface: both roots have the same sign; for upward lines they are ahead, with the apex
+    // before the second.
     if (const double det = b * b - a * c; fall < 0 && det >= 0) out = std::min(out, c / (-b - std::sqrt(det)));
   } else if (b > 0) {
     out = std::min(out, -c / (2 * b));
@@ -103,7 +105,7 @@ double exit_of_cone(double radius, double length, const Vec3& p, const Vec3& d) 
   return std::max(0.0, out);
 }
 
-/// A point of a capsule leaves it where it leaves the last of the cylinder and the two balls.
+/// A line from a point of a capsule leaves it where it leaves the last of the cylinder and the two balls.
 double exit_of_capsule(double radius, double half, const Vec3& p, const Vec3& d) {
   double length = 0;
   for (const double end : {-half, half}) {
@@ -134,7 +136,7 @@ std::optional<WaysOut> out_of_sphere(double radius, const Vec3& p, const Vec3& d
   return WaysOut{unit(p, away), radius - away, exit_of_capsule(radius, 0, p, d)};
 }
 
-// Along an axis, or by the plane that touches where the line from the middle through the point leaves.
+// Along an axis, or by the tangent plane at the point where the ray from the centre through p leaves.
 std::optional<WaysOut> out_of_ellipsoid(const ConvexView& shape, const Vec3& p, const Vec3& d, double slack) {
   const Vec3 a = radii_of(shape), q = p.cwiseQuotient(a);
   const double share = q.norm();
@@ -221,7 +223,7 @@ double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d) {
     case ShapeKind::mesh:
       break;
   }
-  if (shape.hull == nullptr || shape.hull->dimension != 3) return 0;  // it has no inside
+  if (shape.hull == nullptr || shape.hull->dimension != 3) return 0;  // it has no interior
   return exit_of_hull(*shape.hull, p, d);
 }
 

@@ -15,24 +15,25 @@ namespace tandem {
 namespace {
 
 constexpr int most_rounds = 200;
-/// Rounds that begin within the tolerance and prove nothing free at once, and a part of the tolerance that ends a
-/// search before: most features that pass within the tolerance are found to pass, and impacts are known better than
+/// Iterations that begin within the tolerance and advance in no direction, and the fraction of the tolerance at which a
+/// search ends early: most features that pass within the tolerance are found to pass, and impacts are known better than
 /// asked for.
 constexpr int most_near_rounds = 10;
 constexpr double much_nearer = 1.0 / 1024;
-/// An interval of which an advance leaves more is halved.
+/// An interval is halved if an advance leaves more than this fraction of it.
 constexpr double slow_advance = 0.25;
-/// Of a product of direction and corner, relative to the sum of the corner's coordinates: 7 u for the corner's
-/// difference and its place at t (4 u), the product (u) and the sums (2 u), 8 u with the sum of two products, u =
-/// epsilon / 2. Less: a miss. More: impacts are told from farther away.
+/// Error bound of a product of direction and corner, relative to the sum of the corner's coordinates: 7 u for the
+/// corner's difference and its position at t (4 u), the product (u) and the sums (2 u), 8 u with the sum of two
+/// products, u = epsilon / 2. Smaller: impacts could be missed. Larger: impacts are reported from farther away.
 constexpr double product_rounding = 6 * epsilon;
-/// Of three determinants added, relative to the product of the largest coordinates: 330 u, as 72 u for the corners in
-/// each (6 products of three numbers with 4 u), 18 + 28 u for the sums and products. As above.
+/// Error bound of the sum of three determinants, relative to the product of the largest coordinates: 330 u, namely 72 u
+/// for the corners in each (6 products of three numbers with 4 u), 18 + 28 u for the sums and products. Smaller or
+/// larger: as above.
 constexpr double cubic_rounding = 200 * epsilon;
-/// Intervals that wait: each is at most half as long as the one behind it.
+/// The most intervals on the stack: each is at most half as long as the one below it.
 constexpr std::size_t most_open = 64;
 
-// A time with the corners then, and the direction of the nearest point.
+// A time, the corners at that time, and the direction of the nearest point.
 template <std::size_t N>
 struct Instant {
   double t;
@@ -41,8 +42,9 @@ struct Instant {
   NearestAxis axis;
 };
 
-// Where the gap would close if it went on as between the last two times, but for a part that gets smaller with each
-// success: a proof needs a gap that is large against what the nearest point's direction turns by, squared.
+// Extrapolates the time at which the gap would close from the last two times, less a fraction that shrinks with each
+// success: a proof needs a gap that is large against the square of the angle by which the direction of the nearest
+// point turns.
 struct Guess {
   double t = infinity, gap = 0;  // of the last time
   double part = 0.125;
@@ -65,7 +67,7 @@ class AdvanceSearch {
       : polygon_(polygon), until_(until), separation_(options.separation) {
     const double reach = polygon.reach();
     near_ = options.tolerance * polygon.longest_motion();
-    // Of directions of length 1 + 4 epsilon at most.
+    // For directions of length 1 + 4 epsilon at most.
     rounding_ = product_rounding * reach + std::numeric_limits<double>::min();
     bound_ = separation_ * (1 + 16 * epsilon) + rounding_;
     told_ = 16 * product_rounding * reach;
@@ -79,7 +81,7 @@ class AdvanceSearch {
   VertexImpact first() {
     if (apart_along_an_axis()) return {};
     Instant<N> now = instant(0);
-    std::array<Instant<N>, most_open> ends;  // of intervals still to be proven free, the next one last
+    std::array<Instant<N>, most_open> ends;  // ends of the intervals still to be proven free, the next one last
     std::size_t open = 0;
     ends[open++] = instant(until_);
     Guess guess;
@@ -115,7 +117,7 @@ class AdvanceSearch {
   }
 
  private:
-  // Along a coordinate axis all corners stay on one side. Signs of differences are exact.
+  // True if all corners stay on one side along a coordinate axis. Signs of differences are exact.
   bool apart_along_an_axis() const {
     for (Eigen::Index k = 0; k < 3; ++k) {
       double low = infinity, high = -infinity;
@@ -143,20 +145,20 @@ class AdvanceSearch {
     return parted(p, q) || (separation_ == 0 && out_of_plane(p, q));
   }
 
-  // The direction turns evenly from p's to q's.
+  // True if a direction that turns linearly from p's to q's separates throughout.
   bool parted(const Instant<N>& p, const Instant<N>& q) const {
     for (std::size_t i = 0; i < N; ++i) {
       const double first = p.axis.n.dot(p.w[i]) - bound_, last = q.axis.n.dot(q.w[i]) - bound_;
       if (!(first > 0 && last > 0)) return false;
       const double middle = p.axis.n.dot(q.w[i]) + q.axis.n.dot(p.w[i]) - 2 * bound_;
-      // A quadratic with such coefficients has no root; products in the range of a double.
+      // A quadratic with such coefficients has no root, if the products do not underflow.
       if (!(middle > 0 || (first * last > tolerance::shortest_squared && middle * middle < 3.9 * first * last)))
         return false;
     }
     return true;
   }
 
-  // The determinant of a corner and the two sides keeps one sign.
+  // True if the determinant of a corner and the two sides keeps one sign.
   bool out_of_plane(const Instant<N>& p, const Instant<N>& q) const {
     if (!(cubic_bound_ > tolerance::shortest_squared)) return false;  // products may have lost digits by underflow
     const Vec3 pp = p.e.cross(p.f), qq = q.e.cross(q.f), pq = p.e.cross(q.f) + q.e.cross(p.f);
@@ -166,7 +168,7 @@ class AdvanceSearch {
            std::max(std::max(c0, c3), std::max(c1, c2)) < -cubic_bound_;
   }
 
-  // How far p's direction alone proves it free; p's time if nowhere.
+  // The time up to which p's direction alone proves the interval free; p's time if it proves nothing.
   double advance(const Instant<N>& p, const Instant<N>& q) const {
     const double aim = bound_ + rounding_;
     double part = 1;

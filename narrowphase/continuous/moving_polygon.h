@@ -1,3 +1,4 @@
+// Differences of two moving features, for continuous collision detection.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -8,13 +9,13 @@
 
 namespace tandem {
 
-/// The differences of two features' points: a triangle's corners seen from a point, or the parallelogram of the ends of
-/// one edge seen from those of another, corners in order around it. Features meet when it holds the origin.
+/// The differences of two features' points: a triangle's corners relative to a point, or the parallelogram of the
+/// differences of two edges, corners in order around it. The features intersect when it contains the origin.
 template <std::size_t N>
 using Polygon = std::array<Vec3, N>;
 
-/// Such a polygon whose corners move on straight lines. Each number is a difference of two coordinates that was rounded
-/// once; bounds on what that and later rounding lose are kept beside.
+/// Such a polygon whose corners move on straight lines. Each number is a difference of two coordinates, rounded once;
+/// bounds on the errors of that and of later rounding are kept with it.
 template <std::size_t N>
 struct MovingPolygon {
   Polygon<N> from, to;      // corners at t = 0 and t = 1
@@ -26,7 +27,7 @@ struct MovingPolygon {
     for (std::size_t i = 0; i < N; ++i) most = std::max(most, (to[i] - from[i]).squaredNorm());
     return std::sqrt(most);
   }
-  /// Sum of the largest coordinates of any corner.
+  /// The sum of the largest absolute coordinates of the corners.
   double reach() const {
     Vec3 most = Vec3::Zero();
     for (std::size_t i = 0; i < N; ++i) most = most.cwiseMax(from[i].cwiseAbs()).cwiseMax(to[i].cwiseAbs());

@@ -1,3 +1,4 @@
+// The direction of a polygon's point nearest the origin.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -7,14 +8,14 @@
 
 namespace tandem {
 
-/// A direction, and how far from the origin a polygon lies along it.
+/// A direction, and the separation of a polygon from the origin along it.
 struct NearestAxis {
-  Vec3 n;  // unit, or zero where none is known
+  Vec3 n;  // unit, or zero if none is known
   double gap;
 };
 
-/// From the origin to the nearest point of a segment, made square to it where that lies between its ends: the
-/// difference alone would be off by as much of the segment's length as rounding leaves of it.
+/// The vector from the origin to the nearest point of a segment, made perpendicular to it where the point lies between
+/// the ends: the plain difference has an error proportional to the segment's length.
 inline Vec3 nearest_of_segment(const Vec3& p, const Vec3& q) {
   const Vec3 d = q - p;
   const double dd = d.squaredNorm(), along = -d.dot(p);
@@ -24,7 +25,8 @@ inline Vec3 nearest_of_segment(const Vec3& p, const Vec3& q) {
   return x - x.dot(d) / dd * d;
 }
 
-/// Towards the nearest point of a plane polygon from the origin, by doubles: what depends on it proves what it needs.
+/// The direction of the point of a plane polygon nearest the origin, in doubles; callers prove what they conclude from
+/// it.
 template <std::size_t N>
 NearestAxis nearest_axis(const Polygon<N>& w, const Vec3& e, const Vec3& f) {
   const Vec3 m = e.cross(f);
@@ -48,7 +50,7 @@ NearestAxis nearest_axis(const Polygon<N>& w, const Vec3& e, const Vec3& f) {
   return {best / gap, gap};
 }
 
-/// A bound on the distance of a polygon from the origin, but for rounding: of a point of it that lies near.
+/// An upper bound, to rounding, on the distance of a polygon from the origin: that of a point of it nearby.
 template <std::size_t N>
 double distance_bound(const Polygon<N>& w) {
   double least = infinity;

@@ -1,5 +1,5 @@
-// The requests of vertex_impact.h: input is checked, and lists are shared in parts of a fixed size, so that no answer
-// depends on who runs them.
+// The queries of vertex_impact.h: input is checked, and lists are processed in blocks of a fixed size, so that no
+// answer depends on the threads.
 #include "tandem/narrowphase/vertex_impact.h"
 
 #include <algorithm>
@@ -102,7 +102,7 @@ VertexImpact impact(const MovingVertices& a, const MovingVertices& b, const Edge
       options, until);
 }
 
-// Runs part(first, last) for parts of [0, count).
+// Runs part(first, last) on blocks of [0, count).
 template <class Part>
 void share(std::size_t count, const PartRunner& parts, const Part& part) {
   const std::size_t number = (count + part_size - 1) / part_size;
@@ -124,7 +124,7 @@ void all_impacts(const MovingVertices& a, const MovingVertices& b, std::span<con
   });
 }
 
-// The first impact of each part, then of all.
+// The first impact of each block, then of all.
 template <class Pair>
 void keep_first(const MovingVertices& a, const MovingVertices& b, std::span<const Pair> pairs, ImpactKind kind,
                 const ImpactOptions& options, const PartRunner& parts, std::optional<MeshImpact>& first) {

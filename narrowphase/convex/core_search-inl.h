@@ -1,5 +1,5 @@
-// Vectors in registers and the supports of single polytopes, written for the instruction set that the including file is
-// compiled for.
+// Points in registers, and the support functions of single polytopes, for the instruction set that the including file
+// is compiled for.
 #if defined(TANDEM_NARROWPHASE_CORE_SEARCH_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef TANDEM_NARROWPHASE_CORE_SEARCH_INL_H
 #undef TANDEM_NARROWPHASE_CORE_SEARCH_INL_H
@@ -22,8 +22,8 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Three numbers that stay in registers: what was written one by one and is read two at a time, as Eigen does, waits
-/// for the store.
+/// Three numbers that stay in registers: written to memory one by one and read two at a time, as Eigen does, they would
+/// wait for the store.
 struct Point {
   double x, y, z;
 
@@ -37,7 +37,7 @@ struct Point {
 };
 HWY_INLINE Point point(const Vec3& v) { return {v[0], v[1], v[2]}; }
 
-/// Of the vertices of `Blocks` blocks those within the slack of the farthest along (x, y, z), a bit each.
+/// The vertices, of `Blocks` blocks, within the slack of the farthest along (x, y, z), a bit each.
 template <std::size_t Blocks>
 HWY_INLINE std::uint64_t farthest_of(const SupportMap::Block* b, float x, float y, float z, float slack) {
   const hn::CappedTag<float, SupportMap::block> tag;
@@ -63,7 +63,7 @@ HWY_INLINE std::uint64_t farthest_of(const SupportMap::Block* b, float x, float 
   return near;
 }
 
-/// Of up to 32 vertices those within the slack of the farthest along (x, y, z), a bit each.
+/// The vertices, of up to 32, within the slack of the farthest along (x, y, z), a bit each.
 HWY_INLINE std::uint64_t farthest_of(const SupportMap::Block* b, std::size_t vertices, float x, float y, float z,
                                      float slack) {
   const auto search = [&]() HWY_ATTR {
@@ -81,10 +81,10 @@ HWY_INLINE std::uint64_t farthest_of(const SupportMap::Block* b, std::size_t ver
   return search() & ~std::uint64_t{0} >> (64 - vertices);
 }
 
-/// One of the two as its farthest points are searched.
+/// A shape's core, prepared for searches of its farthest points.
 class Core {
  public:
-  static constexpr std::size_t most_vertices = 32;  ///< of a hull that is small
+  static constexpr std::size_t most_vertices = 32;  ///< of a small hull
   static constexpr std::size_t most_blocks = most_vertices / SupportMap::block;
 
   explicit Core(const ConvexView& v) : view_(v) {
@@ -94,13 +94,13 @@ class Core {
     const std::array<float, 3>& s = map.slack();
     slack_ = 1.001f * std::sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
   }
-  /// All vertices of a small hull, into the caches.
+  /// Prefetches all vertices of a small hull.
   HWY_INLINE void fetch() const {
     if (small_hull()) fetch_ahead(view_.vertices);
   }
-  /// Are vertices searched in blocks?
+  /// True if the vertices are searched in blocks.
   bool small_hull() const { return blocks_ != nullptr; }
-  /// The blocks turned, to be searched along directions that are not; the slack then must allow for more rounding.
+  /// Rotates the blocks, so that directions need not be; the slack must then allow for more rounding.
   HWY_INLINE void turn(const MinkowskiDifference& d, SupportMap::Block* turned) {
     const hn::CappedTag<float, SupportMap::block> tag;
     float m[3][3];
@@ -123,14 +123,14 @@ class Core {
     blocks_ = turned;
     slack_ *= 4;
   }
-  /// The vertex of a small hull farthest along n, in the frame of its blocks; false: rounding could decide.
+  /// The vertex of a small hull farthest along n, in the frame of its blocks; false if rounding could decide.
   HWY_INLINE bool farthest_vertex(const Point& n, double length, std::uint32_t& vertex, Point& out) const {
     if (!(length > tolerance::shortest_in_floats && length < 1e25)) return false;
     const std::uint64_t near =
         farthest_of(blocks_, view_.vertices.size(), static_cast<float>(n.x), static_cast<float>(n.y),
                     static_cast<float>(n.z), slack_ * static_cast<float>(length));
     if (!std::has_single_bit(near)) return false;
-    // All are searched: the place of a vertex is its number.
+    // All vertices are in the blocks in order, so a vertex's position is its index.
     vertex = static_cast<std::uint32_t>(hwy::Num0BitsBelowLS1Bit_Nonzero64(near));
     const double* const p = view_.vertices[vertex].data();
     out = {p[0], p[1], p[2]};
@@ -149,7 +149,7 @@ class Core {
   float slack_ = 0;
 };
 
-/// A matrix by columns, for products with vectors.
+/// The columns of a matrix, for products with vectors.
 struct Columns {
   HWY_ALIGN double column[3][4] = {};
 

@@ -1,3 +1,4 @@
+// The loop of GJK for two polytopes (Gilbert, Johnson, Keerthi 1988), compiled once for each instruction set.
 #include "convex/descent_kernel.h"
 
 #include <algorithm>
@@ -17,14 +18,14 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// The simplex without its last point, and the point of the whole nearest the origin. The nearest feature holds the
-/// last point p: it is p, an edge from p, or a face at p. All seven are tried side by side, without branches.
+/// The simplex without its last point, and the point of the simplex nearest the origin. The nearest feature contains
+/// the last point p: it is p, an edge at p, or a face at p. All seven are evaluated side by side, without branches.
 class NearestFeature {
   using Tag = hn::CappedTag<double, 4>;
   using V = hn::Vec<Tag>;
 
  public:
-  /// Starts at one point.
+  /// Starts with one point.
   NearestFeature(const Point& p, std::uint64_t id) : id_{id, id, id} {
     put(0, p.x, p.x, p.x);
     put(1, p.y, p.y, p.y);
@@ -36,7 +37,7 @@ class NearestFeature {
   Point point(int i) const { return {q_[0][i], q_[1][i], q_[2][i]}; }
 
   enum class Step { moved, inside, lost };
-  /// Adds a point; v becomes the nearest one, if that is nearer than v.
+  /// Adds a point; v becomes the nearest point, if that is nearer than v.
   HWY_INLINE Step add(const Point& p, std::uint64_t id, Point& v) {
     const Tag tag;
     const auto dot = [](V ax, V ay, V az, V bx, V by, V bz)
@@ -45,7 +46,7 @@ class NearestFeature {
     const V zero = hn::Zero(tag), infinity = hn::Set(tag, std::numeric_limits<double>::infinity());
     const bool full = count_ == 3;
     HWY_ALIGN double near[3][8];     // points on the faces, at 3 the last point, then on the edges
-    HWY_ALIGN std::uint64_t key[8];  // squared distances, with what they belong to in their last bits
+    HWY_ALIGN std::uint64_t key[8];  // squared distances, with the feature's number in their last bits
     bool outside = !full;
     for (std::size_t l = 0; l < 4; l += hn::Lanes(tag)) {
       const V qx = hn::LoadU(tag, q_[0] + l), qy = hn::LoadU(tag, q_[1] + l), qz = hn::LoadU(tag, q_[2] + l);
@@ -54,7 +55,7 @@ class NearestFeature {
               bz = hn::Sub(hn::LoadU(tag, q_[2] + l + 1), pz);
       const V cx = hn::Sub(hn::LoadU(tag, q_[0] + l + 2), px), cy = hn::Sub(hn::LoadU(tag, q_[1] + l + 2), py),
               cz = hn::Sub(hn::LoadU(tag, q_[2] + l + 2), pz);
-      // The faces between a and b.
+      // The faces between edges a and b.
       const V nx = hn::Sub(hn::Mul(ay, bz), hn::Mul(az, by)), ny = hn::Sub(hn::Mul(az, bx), hn::Mul(ax, bz)),
               nz = hn::Sub(hn::Mul(ax, by), hn::Mul(ay, bx));
       const V aa = dot(ax, ay, az, ax, ay, az), bb = dot(bx, by, bz, bx, by, bz), cc = dot(cx, cy, cz, cx, cy, cz);
@@ -78,7 +79,7 @@ class NearestFeature {
       hn::Store(hn::Mul(ny, along_n), tag, near[1] + l);
       hn::Store(hn::Mul(nz, along_n), tag, near[2] + l);
       const V face2 = hn::IfThenElse(on_face, hn::Mul(height, along_n), infinity);
-      // The edges a, from the end that is nearer: less cancellation.
+      // The edges a, from the nearer end: less cancellation.
       const V t = hn::Sub(zero, dot(px, py, pz, ax, ay, az));
       const auto first_half = hn::Le(hn::Add(t, t), aa);
       const V s = hn::Div(hn::IfThenElse(first_half, t, hn::Min(hn::Sub(t, aa), zero)), aa);
@@ -96,7 +97,7 @@ class NearestFeature {
   }
 
  private:
-  /// Squared distances of three faces and of three edges, each with its number in its last bits.
+  /// The squared distances of three faces and three edges, each with its number in its last bits.
   static HWY_INLINE void store_keys(std::size_t l, V face2, V edge2, std::uint64_t* key) {
     const hn::RebindToUnsigned<Tag> bits;
     const auto number = hn::Iota(bits, l), rounded = hn::Set(bits, ~std::uint64_t{7});
@@ -104,7 +105,7 @@ class NearestFeature {
     hn::Store(hn::Or(hn::Or(hn::And(hn::BitCast(bits, edge2), rounded), number), hn::Set(bits, std::uint64_t{4})), bits,
               key + 4 + l);
   }
-  /// Of all seven features that whose squared distance is least becomes the simplex, and its point the nearest.
+  /// The simplex becomes the feature, of all seven, with the least squared distance, and the nearest point its point.
   HWY_INLINE Step take_nearest(const Point& p, std::uint64_t id, const std::uint64_t* key, double (*near)[8],
                                Point& v) {
     const std::uint64_t vertex = (std::bit_cast<std::uint64_t>(p.dot(p)) & ~std::uint64_t{7}) | 3;
@@ -115,7 +116,7 @@ class NearestFeature {
     const Point at{near[0][which], near[1][which], near[2][which]};
     if (!(at.dot(at) < v.dot(v))) return Step::lost;
     v = at;
-    // Which two of the points before are kept, or the new one once more.
+    // The two earlier points that are kept for each feature, or the new one again.
     static constexpr std::uint8_t first[8] = {0, 1, 2, 3, 0, 1, 2}, second[8] = {1, 2, 0, 3, 0, 1, 2},
                                   counts[8] = {3, 3, 3, 1, 2, 2, 2};
     const std::size_t i = first[which], j = second[which];
@@ -133,12 +134,12 @@ class NearestFeature {
     double* const q = q_[k];
     q[0] = x, q[1] = y, q[2] = z, q[3] = x, q[4] = y, q[5] = z;
   }
-  double q_[3][8] = {};  ///< x, y, z of the points; where fewer than three, the last again; then all once more
+  double q_[3][8] = {};  ///< x, y, z of the points; if fewer than three, the last is repeated; then all once more
   std::uint64_t id_[3];
   int count_ = 1;
 };
 
-/// The difference of two cores, ready for many supports.
+/// The difference of two cores, prepared for many support queries.
 class Difference {
  public:
   explicit Difference(const MinkowskiDifference& d) : a_(d.a), b_(d.b), shift_(d.pose.translation) {
@@ -200,7 +201,7 @@ void descend(const MinkowskiDifference& d, const DescentLimits& limits, GjkResul
       }
       length = std::sqrt(v.dot(v));
       if (simplex.count() == 2 && length < tolerance::short_difference * limits.scale) {
-        // The cancellation that makes v short leaves it askew: square to the edge it is exact where it matters.
+        // Cancellation makes a short v inexact: made perpendicular to the edge, it is exact where that matters.
         const Point e = simplex.point(0).plus(-1, simplex.point(1));
         if (const double e2 = e.dot(e); e2 > 0) v = v.plus(-(v.dot(e) / e2), e);
         length = std::sqrt(v.dot(v));

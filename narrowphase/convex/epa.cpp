@@ -1,3 +1,4 @@
+// The expanding polytope algorithm (van den Bergen 2001), for the depth of overlapping cores.
 #include "convex/epa.h"
 
 #include <array>
@@ -12,18 +13,19 @@
 namespace tandem {
 namespace {
 
-// The work of adding a point, in units of the meter, and that until a limit is first looked at: few have more points.
+// The cost of adding a point, in units of the work meter, and of the work until the limit is first checked: few
+// searches need more points.
 constexpr int a_point = 16, a_hundred_points = 100 * a_point;
 
-/// An edge of a face: four times the number of the face and which of its edges.
+/// A half-edge of a face: four times the number of the face, plus the edge's number in it.
 constexpr int half_edge(int face, int edge) { return face << 2 | edge; }
 
 struct alignas(64) Face {
   enum : int { none = -1, seen = -2 };
-  int v[4];         ///< the first once more
-  int across[3];    ///< of v[i] -> v[i + 1] the half-edge in the face beyond
-  int place;        ///< among the candidates; `none`; `seen` by a point added: no more a face
-  double plane[4];  ///< its normal, unit, outward (zero for a sliver), and offset
+  int v[4];         ///< vertices, the first repeated
+  int across[3];    ///< for the edge v[i] -> v[i + 1] the half-edge in the adjacent face
+  int place;        ///< position in the list of candidates; `none`; `seen` by an added point: removed
+  double plane[4];  ///< unit outward normal (zero for a sliver) and offset
 
   Vec3 normal() const { return {plane[0], plane[1], plane[2]}; }
   double offset() const { return plane[3]; }
@@ -31,18 +33,18 @@ struct alignas(64) Face {
 };
 
 struct HorizonEdge {
-  int across;  ///< the unseen face's
-  int from;    ///< the vertex where it begins in the sense of the new face
+  int across;  ///< half-edge in the face that stays
+  int from;    ///< the vertex where it begins, in the orientation of the new face
 };
 
-/// From the origin to the farthest point.
+/// The distance of the farthest point from the origin.
 double reach_of(const Simplex& s) {
   double squared = 0;
   for (int i = 0; i < s.count; ++i) squared = std::max(squared, s.p[i].w.squaredNorm());
   return std::sqrt(squared);
 }
 
-/// Memory for a polytope of a number of vertices. Faces are numbered in order of birth and never reused.
+/// Memory for a polytope with a given number of vertices. Faces are numbered in order of creation and never reused.
 template <int Vertices>
 struct Workspace {
   static constexpr int max_vertices = Vertices, max_faces = 7 * Vertices;
@@ -50,11 +52,11 @@ struct Workspace {
   Face face[max_faces];
   double candidate_offset[max_faces];
   int candidate[max_faces];
-  HorizonEdge horizon[2 * max_vertices + 1];  // the first once more
+  HorizonEdge horizon[2 * max_vertices + 1];  // the first repeated
   int pending[3 * max_faces];
 };
 
-/// What a workspace holds, whatever its size.
+/// The memory of a workspace of any size.
 struct PolytopeMemory {
   template <int Vertices>
   explicit PolytopeMemory(Workspace<Vertices>& w)
@@ -82,29 +84,30 @@ class Polytope {
 
   int vertices = 0;
   MinkowskiPoint* vertex;
-  Vec3 flat_normal;  ///< after span() < 3: a normal of the flat, line or point
+  Vec3 flat_normal;  ///< after span() < 3: a normal of the plane, line or point
 
-  /// Four points that span a volume, from the start's and supports; returns the dimension reached (3: all is well).
+  /// Finds four points that span a volume, from the start's and from supports; returns the dimension reached (3:
+  /// success).
   int span(const Simplex& start);
   void close_tetrahedron();
   /// The face whose plane is nearest the origin along its outward normal, among those below the limit; -1: none.
   int nearest_face() const;
-  /// Faces whose offset is not below can not be the nearest any more.
+  /// Sets an upper bound: faces whose offset is not below it can no longer be the nearest.
   void limit(double upper) { limit_ = std::min(limit_, upper); }
 
-  enum class Added { yes, full, torn };  ///< torn: the horizon is not one loop, rounding has the last word
-  /// Adds vertex number `vertices`, which lies beyond `face`.
+  enum class Added { yes, full, torn };  ///< torn: the horizon is not a single loop, because of rounding
+  /// Adds the last vertex, number `vertices`, which lies beyond `face`.
   Added add(int face);
-  /// Adds it if it lies outside.
+  /// Adds it if it lies outside the polytope.
   Added include();
 
   const Face& face(int i) const { return memory_.face[i]; }
   double rounding() const { return rounding_; }
 
  private:
-  /// Number i of the vertices a, b, c, in the plane l of the batch.
+  /// Makes face number i with the vertices a, b, c and the plane l of the batch.
   void new_face(int i, int a, int b, int c, std::size_t l);
-  /// The triangles between the first `count` edges of the horizon, a loop, and the apex.
+  /// Makes the triangles between the apex and the first `count` edges of the horizon, a loop.
   void fan(int apex, int count);
   void drop(int face);
 
@@ -119,7 +122,7 @@ class Polytope {
   PlaneBatch batch_;
 };
 
-/// The most distant, in some sense, of a start's points and of supports along axes.
+/// Selects the most distant points, by a given measure, among the start's and among supports along axes.
 class Farthest {
  public:
   Farthest(const MinkowskiDifference& d, const Simplex& start) : d_(d), start_(start), at_(start.p[0]) {}
@@ -151,7 +154,7 @@ class Farthest {
 };
 
 int Polytope::span(const Simplex& start) {
-  // The most distant of the start's points and of supports along the axes are a sound seed where the start is thin.
+  // The most distant among the start's points and supports along the axes are a sound seed if the start is thin.
   vertices = 0;
   const double reach = reach_of(start);
   rounding_ = 8 * epsilon * (d_.scale() + reach);
@@ -160,7 +163,8 @@ int Polytope::span(const Simplex& start) {
     return 3;
   }
   vertex[vertices++] = start.p[0];
-  const double thin = tolerance::thin_start * (d_.scale() + reach);  // the start's points unless they lie this close
+  // The start's points are used unless they lie this close.
+  const double thin = tolerance::thin_start * (d_.scale() + reach);
 
   Farthest next(d_, start);
   const auto from_point = [&](const Vec3& w) { return (w - vertex[0].w).norm(); };
@@ -253,7 +257,7 @@ void Polytope::drop(int face) {
 void Polytope::close_tetrahedron() {
   const Vec3 n = (vertex[1].w - vertex[0].w).cross(vertex[2].w - vertex[0].w);
   if (n.dot(vertex[3].w - vertex[0].w) > 0) std::swap(vertex[1], vertex[2]);
-  // Now 3 lies below the plane of 0, 1, 2.
+  // Now vertex 3 lies below the plane of 0, 1, 2.
   for (int l = 0; l < 2; ++l)
     for (int k = 0; k < 3; ++k) batch_.loop[k][l] = vertex[l].w[k];
   const Vec3& c = vertex[2].w;
@@ -274,8 +278,9 @@ int Polytope::nearest_face() const {
 Polytope::Added Polytope::add(int face) {
   if (vertices + 1 >= memory_.max_vertices) return Added::full;
   const Vec3& w = vertex[vertices].w;
-  // Depth first, edge after edge in the faces' sense: the horizon comes out in order. Faces in the new point's plane
-  // are seen too, so that no new face is a sliver along an old edge.
+  // Depth-first search over the faces that the point sees, edge by edge in the faces' orientation, so that the horizon
+  // comes out in order. Faces in the new point's plane count as seen, so that no new face is a sliver along an old
+  // edge.
   Face* const faces = memory_.face;
   int* const pending = memory_.pending;
   int stack = 0, edges = 0, end = -1;
@@ -316,7 +321,7 @@ Polytope::Added Polytope::include() {
   return Added::yes;
 }
 
-/// The origin's projection on a face: the weights of its vertices, clamped to the face.
+/// The origin's projection on a face: sets the points by the weights of its vertices, clamped to the face.
 void set_points(const MinkowskiPoint& a, const MinkowskiPoint& b, const MinkowskiPoint& c, EpaResult& r) {
   const Vec3 q = r.upper * r.normal;
   const Vec3 n = (b.w - a.w).cross(c.w - a.w);
@@ -329,7 +334,7 @@ void set_points(const MinkowskiPoint& a, const MinkowskiPoint& b, const Minkowsk
   r.point_b = r.point_a - (wa * a.w + wb * b.w + wc * c.w) / sum;
 }
 
-/// A difference without volume: its depth is along the normal of what it spans.
+/// A difference without volume: its depth is along its normal.
 void set_flat(const MinkowskiDifference& d, const Simplex& start, const Vec3& normal, EpaResult& r) {
   r.normal = normal;
   const MinkowskiPoint up = d.support(r.normal), down = d.support(-r.normal);
@@ -379,7 +384,7 @@ Polytope::Added expand_faces(const MinkowskiDifference& d, double tolerance, Pol
   return added;
 }
 
-/// The plane of a face again, from the shapes' own edges.
+/// Computes the plane of a face again, from the shapes' own edges.
 void sharpen(const MinkowskiDifference& d, const MinkowskiPoint& a, const MinkowskiPoint& b, const MinkowskiPoint& c,
              double rounding, EpaResult& r) {
   const Height over = height_of(d.edge(b, a), d.edge(c, b), d.edge(a, c));
@@ -392,7 +397,8 @@ void sharpen(const MinkowskiDifference& d, const MinkowskiPoint& a, const Minkow
   if (h <= r.upper + rounding) r.upper = h, r.normal = m;
 }
 
-/// Beginning with the start and more points. False where the memory was too small; the result then is the best so far.
+/// Runs with the given memory, from the start and further points. False if the memory was too small; the result then is
+/// the best so far.
 bool expand_in(const PolytopeMemory& memory, const MinkowskiDifference& d, const Simplex& start, double tolerance,
                std::span<const MinkowskiPoint> more, EpaResult& r) {
   r = {};
@@ -404,12 +410,12 @@ bool expand_in(const PolytopeMemory& memory, const MinkowskiDifference& d, const
   p.close_tetrahedron();
   for (const MinkowskiPoint& q : more) {
     p.vertex[p.vertices] = q;
-    // Where rounding has the last word, without them.
+    // If rounding prevents that, without the further points.
     if (p.include() != Polytope::Added::yes) return expand_in(memory, d, start, tolerance, {}, r);
   }
   int best[3] = {0, 1, 2};
   const Polytope::Added added = expand_faces(d, tolerance, p, best, r);
-  if (r.upper == infinity) {  // nothing but slivers: the widest plane there is
+  if (r.upper == infinity) {  // all faces are slivers: take the plane of the largest
     r.normal = any_perpendicular(p.vertex[1].w - p.vertex[0].w);
     r.upper = r.normal.dot(d.support(r.normal).w);
     r.lower = 0;
@@ -450,11 +456,11 @@ EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tole
 }
 
 EpaResult expand_all_around(const MinkowskiDifference& d) {
-  // The corners of a cube, of a tetrahedron first, and the middles of its faces.
+  // Initial directions: the corners of a cube, those of a tetrahedron first, then the centres of its faces.
   constexpr double directions[][3] = {{1, 1, 1},    {1, -1, -1}, {-1, 1, -1}, {-1, -1, 1}, {1, 0, 0},
                                       {-1, 0, 0},   {0, 1, 0},   {0, -1, 0},  {0, 0, 1},   {0, 0, -1},
                                       {-1, -1, -1}, {-1, 1, 1},  {1, -1, 1},  {1, 1, -1}};
-  constexpr std::size_t most_fetched = 512;  // vertices: of more few are read
+  constexpr std::size_t most_fetched = 512;  // vertices: of larger hulls only few are read
   for (const ConvexView* const v : {&d.a, &d.b}) {
     if (v->vertices.size() > most_fetched) continue;
     fetch_ahead(v->vertices);

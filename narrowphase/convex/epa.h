@@ -1,3 +1,4 @@
+// The expanding polytope algorithm, for the depth of overlapping cores.
 #pragma once
 #include "convex/simplex.h"
 
@@ -5,22 +6,23 @@ namespace tandem {
 
 struct EpaResult {
   Vec3 normal = Vec3::UnitX();  ///< unit, outward of A - B: from A to B
-  double upper = 0;  ///< the depth of the cores is at most this (negative: they are apart by at least minus this)
-  double lower = 0;  ///< and at least this, while they overlap
-  Vec3 point_a = Vec3::Zero();  ///< of A, and of B: upper * normal apart only where the chosen face holds the
-  Vec3 point_b = Vec3::Zero();  ///< origin's projection (of coplanar faces, another one may)
+  double upper = 0;  ///< upper bound on the depth of the cores (negative: they are separated by at least minus this)
+  double lower = 0;  ///< lower bound on the depth, if they overlap
+  Vec3 point_a = Vec3::Zero();  ///< on A and on B: apart by upper * normal only where the chosen face contains
+  Vec3 point_b = Vec3::Zero();  ///< the origin's projection (of coplanar faces, another one may)
 };
 
-/// Is the simplex a tetrahedron that is not thin? Then `expand` begins with it and asks for no weights.
+/// True if the simplex is a tetrahedron that is not thin: then `expand` begins with it and needs no weights.
 bool is_solid(const MinkowskiDifference& d, const Simplex& s);
 
-/// Expanding polytope (van den Bergen 2001) from the simplex where GJK stopped, in or near the origin. Offsets of
-/// faces are signed, so an origin a rounding error outside is as good as one inside. Flat and pointlike differences
+/// The expanding polytope algorithm (van den Bergen 2001) from the simplex where GJK stopped, in or near the origin.
+/// Offsets of faces are signed, so an origin outside by a rounding error does no harm. Flat and pointlike differences
 /// have depth 0. Bounded work; stops when upper - lower <= tolerance. Allocates only beyond 128 vertices.
 EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tolerance);
 
-/// The depth to rounding of two polytopes that overlap by balls inside both: from supports all around, which wait for
-/// nothing but memory, side by side. Cheaper than from GJK's simplex where many vertices are needed.
+/// The depth, to rounding, of two polytopes whose inscribed balls overlap: begins with supports in directions all
+/// around, which are independent of each other. Cheaper than starting with GJK's simplex where many vertices are
+/// needed.
 EpaResult expand_all_around(const MinkowskiDifference& d);
 
 }  // namespace tandem

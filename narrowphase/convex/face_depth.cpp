@@ -1,3 +1,4 @@
+// The depth of two small polytopes by the faces of their difference A - B.
 #include "convex/face_depth.h"
 
 #include <array>
@@ -12,7 +13,7 @@
 namespace tandem {
 namespace {
 
-/// A small polytope in single precision about a point of it, lengths in a unit near its size.
+/// A small polytope in single precision relative to a point of it, lengths in a unit near its size.
 class SmallPolytope {
  public:
   explicit SmallPolytope(const ConvexView& v) {
@@ -32,7 +33,7 @@ class SmallPolytope {
 
   bool known() const { return planes_.faces > 0; }
   std::size_t faces() const { return planes_.faces; }
-  /// All that a search reads, into the caches.
+  /// Prefetches all data of a search.
   [[gnu::always_inline]] void fetch() const {
     if (hull_ == nullptr) return;
     constexpr std::size_t block = SupportMap::block;
@@ -41,7 +42,7 @@ class SmallPolytope {
     fetch_ahead(arcs);
     fetch_ahead(std::span(hull_->vertices));
   }
-  /// Offsets in the given unit.
+  /// The planes, with offsets in the given unit.
   FacePlanes planes(double in) const {
     FacePlanes p = planes_;
     p.unit = static_cast<float>(unit / in);
@@ -53,7 +54,7 @@ class SmallPolytope {
     n[static_cast<int>(face / 2)] = face % 2 != 0 ? -1.0 : 1.0;
     return n;
   }
-  /// Is a point of the face's plane on the face, to within the slack?
+  /// True if a point of the face's plane is on the face, to within the slack.
   bool holds(std::size_t face, const Vec3& p, double slack) const {
     if (hull_ == nullptr) {
       for (int k = 0; k < 3; ++k)
@@ -69,7 +70,7 @@ class SmallPolytope {
     }
     return true;
   }
-  /// The vertices about the middle, in the given unit.
+  /// The vertices relative to the middle, in the given unit.
   void vertices(double in, SmallVertices& out) const {
     const auto scale = static_cast<float>(unit / in);
     if (hull_ == nullptr) {
@@ -115,7 +116,7 @@ class SmallPolytope {
   std::array<float, 4 * FaceTable::step> box_planes_{};
 };
 
-/// One of the two, as part of the difference A - B in A's frame: B's vertices and normals point the other way.
+/// One shape of the difference A - B in A's frame: B's vertices and normals are negated.
 struct Side {
   const ConvexView& view;
   const SmallPolytope& small;
@@ -127,7 +128,7 @@ struct Side {
     const Vec3 v = core_vertex(view, i);
     return of_b ? Vec3(-(pose.rotation * v) - pose.translation) : v;
   }
-  /// From the one vertex to the other: exact to the edge's own length.
+  /// The vector between two vertices, exact relative to the edge's own length.
   Vec3 edge(std::uint32_t i, std::uint32_t j) const { return turned(core_vertex(view, j) - core_vertex(view, i)); }
   Vec3 normal(std::size_t face) const { return turned(small.normal(face)); }
   std::uint32_t number(const MinkowskiPoint& p) const { return of_b ? p.vertex_b : p.vertex_a; }
@@ -147,7 +148,7 @@ class FaceSearch {
     const Vec3 between = (r * b_.small.middle + d_.pose.translation - a_.small.middle) / unit_;
     const double reach = (d_.a.size + d_.b.size) / unit_ + between.norm();
     if (!(reach < 1e3)) return false;
-    // Twice the numbers' bits in the heights, and rounding.
+    // The error of a height: twice the precision of the 16-bit numbers, and rounding.
     slack_ = static_cast<float>(tolerance::height_of_shorts * reach);
     a_.small.vertices(unit_, own_a_);
     b_.small.vertices(unit_, own_b_);
@@ -157,7 +158,7 @@ class FaceSearch {
     if (!try_faces(a_, b_, over_a_, least) || !try_faces(b_, a_, over_b_, least)) return false;
     const bool by_a = a_.small.arcs.size() <= b_.small.arcs.size();
     if (!(by_a ? follow_arcs(a_, b_, b_in_a_, over_a_) : follow_arcs(b_, a_, a_in_b_, over_b_))) return false;
-    // All of this holds where the origin lies inside, which is certain then.
+    // The search is valid only if the origin lies inside, which is then certain.
     if (!(best_ > tolerance::near_surface * d_.scale())) return false;
     answer.signed_distance = -best_;
     answer.normal = normal_;
@@ -167,7 +168,7 @@ class FaceSearch {
   }
 
  private:
-  /// Over the faces of one, in its frame about its middle.
+  /// The heights over the faces of one shape, in its frame about its middle.
   void measure(const SmallPolytope& faces, const SmallVertices& other, const Mat3& turn, const Vec3& shift,
                SmallVertices& placed, FaceHeights& out) const {
     float m[9], s[3];
@@ -177,7 +178,7 @@ class FaceSearch {
     }
     height_kernel()(faces.planes(unit_), other, m, s, placed, out);
   }
-  /// Faces that may be the nearest to the origin: their supports in double. False if that are too many.
+  /// Computes in double the supports along faces that may be the nearest to the origin. False if these are too many.
   bool try_faces(const Side& side, const Side& other, FaceHeights& heights, float least) {
     for (std::size_t i = 0; i < side.small.faces(); ++i) {
       if (heights.at[i] > least + 2 * slack_) continue;
@@ -198,7 +199,7 @@ class FaceSearch {
     return true;
   }
 
-  /// Of the arcs of one, where the other's support changes: the products of their edges. False after too many steps.
+  /// Follows the arcs of one shape on which the other's support changes: edge-edge normals. False after too many steps.
   bool follow_arcs(const Side& side, const Side& other, const SmallVertices& placed, const FaceHeights& heights) {
     std::array<std::uint8_t, 3 * FaceTable::most_faces> open;
     std::size_t count = 0;
@@ -217,9 +218,9 @@ class FaceSearch {
       const FaceArc& arc = side.small.arcs[open[k]];
       const std::size_t f = arc.face[0], g = arc.face[1];
       const auto from = static_cast<std::size_t>(heights.vertex[f]), to = static_cast<std::size_t>(heights.vertex[g]);
-      // Along the arc the difference reaches no less than its vertices at the ends do: each concave, so that the larger
-      // is least at an end or where they are level, at the direction p n_f + q n_g. Near that, whatever rounding does
-      // to p and q, one of them reaches no less than there.
+      // Along the arc the support of the difference is at least that of the vertices at the arc's ends. Each of these
+      // is concave, so the larger of the two is least at an end or where both are equal, in the direction p n_f + q
+      // n_g. Nearby, however p and q are rounded, one of them is at least that large.
       const float height_f = heights.at[f], height_g = heights.at[g], from_at_g = along(g, from);
       const float p = std::max(0.0f, height_g - from_at_g), q = std::max(0.0f, height_f - along(f, to));
       const float* const n = planes.planes;
@@ -238,7 +239,7 @@ class FaceSearch {
     const Vec3 mid = side.normal(arc.face[0]) + side.normal(arc.face[1]);
     const Vec3 corner = side.vertex(arc.v[0]), edge = side.edge(arc.v[0], arc.v[1]);
     struct Part {
-      std::uint32_t from, to;  // the other's vertices
+      std::uint32_t from, to;  // vertices of the other shape
     };
     std::array<Part, 64> parts;
     std::size_t count = 0;
@@ -250,7 +251,7 @@ class FaceSearch {
       Vec3 m = edge.cross(across);
       const double length2 = m.squaredNorm();
       if (!(length2 > tolerance::parallel_edges2 * edge.squaredNorm() * across.squaredNorm()))
-        continue;  // parallel: level all along
+        continue;  // parallel edges: equal along the whole arc
       m /= m.dot(mid) < 0 ? -std::sqrt(length2) : std::sqrt(length2);
       const double level = m.dot(corner + other.vertex(part.from));
       if (level >= best_ - rounding_) continue;
@@ -273,7 +274,7 @@ class FaceSearch {
     return true;
   }
 
-  /// Points that touch once B has been moved out.
+  /// The points that touch once B has been moved out.
   bool witness(LocalAnswer& answer) const {
     const double slack = tolerance::on_feature * d_.scale();
     if (edges_) {
@@ -288,7 +289,7 @@ class FaceSearch {
       answer.point_b = answer.point_a - best_ * normal_;
       return (b + t * f - answer.point_a).squaredNorm() <= slack * slack;
     }
-    // A corner of the one, on the face of the other.
+    // A vertex of one shape, on the face of the other.
     if (face_of_b_) {
       answer.point_a = point_.a;
       answer.point_b = point_.a - best_ * normal_;
@@ -304,16 +305,16 @@ class FaceSearch {
   const MinkowskiDifference& d_;
   Side a_, b_;
   double unit_, rounding_;
-  float slack_ = 0;  ///< how far a height may seem off
+  float slack_ = 0;  ///< the error of a height
   SmallVertices own_a_, own_b_, b_in_a_, a_in_b_;
   FaceHeights over_a_, over_b_;
   double best_ = infinity;
   Vec3 normal_ = Vec3::UnitX();
   bool edges_ = false;
-  MinkowskiPoint point_{};  ///< where the best is a face's normal, and the face
+  MinkowskiPoint point_{};  ///< if the best normal is a face's: the point and the face
   std::size_t face_ = 0;
   bool face_of_b_ = false;
-  std::array<std::uint32_t, 2> ends_a_{}, ends_b_{};  ///< where it is a product of edges
+  std::array<std::uint32_t, 2> ends_a_{}, ends_b_{};  ///< if it is a cross product: the edges' ends
   int steps_ = 0;
 };
 

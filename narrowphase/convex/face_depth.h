@@ -1,3 +1,4 @@
+// The depth of two small polytopes by the faces of their difference A - B.
 #pragma once
 #include "shapes/minkowski_difference.h"
 

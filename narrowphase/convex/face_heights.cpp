@@ -1,3 +1,4 @@
+// The heights of one polytope's vertices over the other's faces (vector kernel).
 #include "convex/face_heights.h"
 
 #include <limits>
@@ -29,7 +30,7 @@ void face_heights(const FacePlanes& planes, const SmallVertices& other, const fl
     hn::Store(row(1), tag, placed.y + i);
     hn::Store(row(2), tag, placed.z + i);
   }
-  // The last bits of a value hold the vertex's number: the largest brings it along.
+  // The last bits of a value hold the vertex's number, so the maximum brings it along.
   constexpr std::int32_t numbers = FaceTable::most_vertices - 1;
   static_assert((FaceTable::most_vertices & numbers) == 0);
   const auto value_bits = hn::BitCast(tag, hn::Set(bits, ~numbers));

@@ -1,3 +1,4 @@
+// Normals of two polytopes that almost touch, from the directions that their features define.
 #include "convex/feature_normals.h"
 
 #include <algorithm>
@@ -12,10 +13,10 @@
 namespace tandem {
 namespace {
 
-constexpr int few_corners = 8;    // of which any two are an edge and any three a face
-constexpr int most_corners = 64;  // of more than a few the hull's edges and faces count
+constexpr int few_corners = 8;    // any two of so few count as an edge, any three as a face
+constexpr int most_corners = 64;  // among more than a few, only the hull's edges and faces count
 
-/// The corners of a core that reach (almost) farthest along a direction.
+/// The corners of a core that are (almost) farthest along a direction.
 struct CornerSet {
   Vec3 at[most_corners];
   std::uint32_t vertex[most_corners];
@@ -43,8 +44,8 @@ std::uint32_t corner_count(const ConvexView& v) {
   return 1;
 }
 
-/// CornerSet within `near` of the farthest along d (in the core's frame), the farthest first; if these are few, a few
-/// within `depth`.
+/// The CornerSet within `near` of the farthest along d (in the core's frame), the farthest first; if these are few, a
+/// few within `depth`.
 CornerSet farthest_corners(const ConvexView& v, const Vec3& d, double near, double depth) {
   CornerSet c;
   double reach[most_corners];
@@ -71,7 +72,7 @@ CornerSet farthest_corners(const ConvexView& v, const Vec3& d, double near, doub
   return c;
 }
 
-/// Sides between corners: all of a few, else those of the hull.
+/// Edges between corners: all of a few, else those of the hull.
 class Edges {
  public:
   Edges(const ConvexView& v, const CornerSet& c)
@@ -81,7 +82,7 @@ class Edges {
     for (int i = 0; i < c.count; ++i) place_[c.vertex[i]] = i;
   }
 
-  /// Calls edge(i, j) for numbers of corners.
+  /// Calls edge(i, j) for the numbers of an edge's corners.
   template <class Call>
   void each_edge(Call&& edge) const {
     if (few_) {
@@ -92,7 +93,7 @@ class Edges {
     for (const Hull::Edge& e : view_.hull->edges)
       if (const int i = place_[e.v[0]], j = place_[e.v[1]]; i >= 0 && j >= 0) edge(i, j);
   }
-  /// Calls face(i, j, k) for three corners of one.
+  /// Calls face(i, j, k) for three corners of a face.
   template <class Call>
   void each_face(Call&& face) const {
     if (few_) {
@@ -114,7 +115,7 @@ class Edges {
   const ConvexView& view_;
   const CornerSet& corners_;
   bool few_;
-  std::vector<int> place_;  // of a vertex among the corners, -1: none
+  std::vector<int> place_;  // for each vertex its place among the corners, -1: none
 };
 
 class Features {
@@ -125,12 +126,12 @@ class Features {
     for (int i = 0; i < b_.count; ++i) b_.at[i] = d.pose.rotation * b_.at[i];
   }
 
-  /// The best direction of all, if it separates by more than `best`.
+  /// Finds the best direction of all, if it separates by more than `best`.
   void search(double& best, Vec3& n) {
     best_ = &best, n_ = &n;
     const Edges of_a(d_.a, a_), of_b(d_.b, b_);
     try_faces(of_a, a_, Mat3::Identity());
-    // From its own corners: those that were turned are rounded, which a thin triangle shows.
+    // From its untransformed corners: transformed ones are rounded, which matters for a thin triangle.
     try_faces(of_b, own_b_, d_.pose.rotation);
     of_a.each_edge([&](int i, int j) {
       of_b.each_edge([&](int k, int l) { try_across(a_.at[j] - a_.at[i], b_.at[l] - b_.at[k]); });
@@ -153,7 +154,7 @@ class Features {
       try_across(height_of(c.at[j] - c.at[i], c.at[k] - c.at[j], c.at[i] - c.at[k]), turn);
     });
   }
-  /// Square to two edges: to the shorter as it is seen along the longer.
+  /// Tries the direction perpendicular to two edges: to the longer, then to the component of the shorter across it.
   void try_across(const Vec3& e, const Vec3& f) {
     const bool longer = e.squaredNorm() > f.squaredNorm();
     try_across(Height(longer ? e : f, longer ? f : e), Mat3::Identity());
@@ -168,14 +169,14 @@ class Features {
     const double length2 = edge.squaredNorm();
     if (!(length2 > 0)) return;
     Vec3 n = between - (between.dot(edge) / length2) * edge;
-    n -= (n.dot(edge) / length2) * edge;  // what the first left by rounding
+    n -= (n.dot(edge) / length2) * edge;  // a second pass removes what rounding left
     try_direction(n);
   }
   void try_direction(const Vec3& direction) {
     const double length = direction.norm();
     if (!(length > 0)) return;
     const Vec3 n = unit(direction, length);
-    // The corners at hand are an upper bound.
+    // The selected corners give an upper bound.
     const double t = n.dot(d_.pose.translation);
     double a = -infinity;
     for (int i = 0; i < a_.count; ++i) a = std::max(a, n.dot(a_.at[i]));
@@ -186,7 +187,7 @@ class Features {
   }
 
   const MinkowskiDifference& d_;
-  CornerSet a_, b_;  ///< in A's frame, about the origin of each
+  CornerSet a_, b_;  ///< in A's frame, relative to each origin
   CornerSet own_b_;  ///< B's in its own frame
   double* best_ = nullptr;
   Vec3* n_ = nullptr;
@@ -199,8 +200,8 @@ double separation_along(const MinkowskiDifference& d, const Vec3& n) { return -n
 bool settle_by_features(const MinkowskiDifference& d, LocalAnswer& answer) {
   constexpr double near = tolerance::near_features;
   const double scale = d.scale(), rounding = 4 * epsilon * scale, claimed = answer.signed_distance;
-  // Where they overlap and the bounds do not meet, or by no more than faces that are slivers may hide, the least
-  // translation out may be through any side.
+  // If they overlap and the bounds do not agree, or agree only to what sliver faces may hide, the least translation may
+  // be through any side.
   const bool any_side = claimed < 0 && (answer.gap > 4 * rounding || claimed > -tolerance::thin_overlap * scale);
   const double all = any_side ? 2 * (d.a.size + d.b.size) : 0;
   double best = separation_along(d, answer.normal);

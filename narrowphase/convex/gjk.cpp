@@ -1,3 +1,4 @@
+// GJK (Gilbert, Johnson, Keerthi 1988): the distance of two convex cores, with bounds.
 #include "convex/gjk.h"
 
 #include "convex/descent_kernel.h"
@@ -9,8 +10,8 @@ namespace {
 
 constexpr int max_iterations = 96;
 
-/// The direction of v as the edges of the shapes have it that the simplex is made of: the difference of two nearly
-/// equal points is exact only in that it is square to these.
+/// The direction of v, made perpendicular to the shapes' edges that span the simplex: the difference of two nearly
+/// equal points is exact only in this respect.
 Vec3 square_to_edges(const MinkowskiDifference& d, const Simplex& s, const Vec3& v) {
   Vec3 n = v;
   if (s.count == 2) {
@@ -26,29 +27,30 @@ Vec3 square_to_edges(const MinkowskiDifference& d, const Simplex& s, const Vec3&
   return length > 0 ? unit(n, length) : unit(v);
 }
 
-/// Points of round shapes have no numbers to know them by.
+/// True if the simplex contains the point; points of round shapes have no vertex numbers.
 bool has(const Simplex& s, const MinkowskiPoint& p, bool polytopes) {
   return std::any_of(s.p, s.p + s.count, [&](const MinkowskiPoint& q) {
     return polytopes ? p.vertex_a == q.vertex_a && p.vertex_b == q.vertex_b : p.w == q.w;
   });
 }
 
-/// GJK's last steps once more where rounding may have made what the fast ones ended with (of polytopes also where the
-/// bounds do not meet): the upper bound is the length of a point that the simplex has, the lower one is along that, or
-/// else, of polytopes, along a direction square to the simplex's edges. Sets the weights.
+/// Repeats GJK's last steps where rounding may have determined the fast result (for polytopes also
+/// where the bounds disagree). The upper bound is the length of a point of the simplex; the lower bound is a separation
+/// along it, or, for polytopes, along a direction perpendicular to the simplex's edges. Sets the weights.
 void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult& r) {
   constexpr int most_steps = 16;
   const auto close = [&limits](double upper) { return 2 * limits.rounding + limits.tolerance * upper; };
   const bool polytopes = d.polytopes();
   NearestOnSimplex n = nearest_to_origin(r.simplex);
-  if (n.inside) n = nearest_on_sides(r.simplex);  // rounding's doing: this is not asked where it holds the origin
+  // An effect of rounding: simplices that contain the origin do not get here.
+  if (n.inside) n = nearest_on_sides(r.simplex);
   if ((n.v - r.v).squaredNorm() <= 16 * limits.rounding * limits.rounding &&
       (!polytopes || r.upper - r.lower <= close(r.upper)))
     return keep_nearest(r.simplex, n);
   Simplex s = r.simplex;
   for (int step = 0; step < most_steps && !n.inside; ++step, n = nearest_to_origin(s)) {
     const double upper = std::sqrt(n.squared);
-    // From afar a step sideways changes the direction, and of the length no digit.
+    // At a large distance a sideways step changes the direction, but no digit of the length.
     if (step > 0 && !(upper <= r.upper)) return;
     keep_nearest(s, n);
     r.simplex = s;
@@ -69,7 +71,7 @@ void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult
   }
 }
 
-/// Between shapes of which one is round.
+/// GJK's loop where one of the shapes is round.
 void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult& r) {
   Vec3& v = r.v;
   Simplex& s = r.simplex;
@@ -88,7 +90,7 @@ void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, Gj
     if (known) break;
     s.p[s.count++] = p;
     NearestOnSimplex n = nearest_to_origin(s);
-    // It does not hold the origin where a direction separates: it is flat.
+    // With a separating direction known, the simplex cannot contain the origin: it is flat.
     if (n.inside && r.lower > 2 * limits.rounding) n = nearest_on_sides(s);
     if (n.inside) {
       r.end = GjkResult::End::inside;
@@ -125,12 +127,12 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
     descent_kernel()(d, limits, r);
   else
     descend_round(d, limits, r);
-  // A simplex does not hold the origin where a direction separates: it is flat.
+  // With a separating direction known, the simplex cannot contain the origin: it is flat.
   if (polytopes && r.end == GjkResult::End::inside && r.lower > 2 * rounding)
     r.end = GjkResult::End::near, r.upper = r.simplex.p[0].w.norm();
   if (r.end == GjkResult::End::inside || r.simplex.count == 0) return r;
   if (!(r.lower > beyond)) refine(d, limits, r);
-  // Polytopes: what is certified to rounding needs no second opinion.
+  // For polytopes a result certified to rounding needs no confirmation.
   const double near =
       polytopes
           ? (r.upper - r.lower <= 8 * rounding + tolerance * r.upper ? 16 * rounding : tolerance::near_surface * scale)
@@ -150,8 +152,8 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
   const double scale = d.scale();
   MinkowskiDifference apart = d;
   if (polytopes) {
-    // What a distance is rounded to leaves its ends free sideways, by the square root of it times the distance: nearer
-    // where that shows.
+    // Rounding of the distance leaves the points undetermined sideways by the square root of its product with the
+    // distance: move the shapes less far apart where that is too much.
     double least = infinity;
     for (const double out :
          {tolerance::far_apart * scale, tolerance::near_apart * scale, tolerance::least_apart * scale}) {
@@ -175,7 +177,7 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
     answer.point_a.setZero();
     for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
     if (round == 8 || !(r.upper > 0)) break;
-    // From outside, the direction to a curved surface turns towards the shortest one from inside.
+    // Outside a curved surface, the direction to it approaches the normal of least depth.
     const Vec3 n = -r.v / r.upper;
     const double change = (n - answer.normal).squaredNorm();
     const double depth = n.dot(d.support(n).w);

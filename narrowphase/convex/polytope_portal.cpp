@@ -1,3 +1,4 @@
+// Minkowski portal refinement for two polytopes (Snethen, XenoCollide, Game Programming Gems 7, 2008), vector kernel.
 #include "convex/polytope_portal.h"
 
 #include <algorithm>
@@ -19,8 +20,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// A point of the difference and the numbers of the vertices it comes from, A's in the upper half; or of one of the
-/// two.
+/// A point of the difference with the numbers of its vertices, A's in the upper half; or a point of one shape.
 struct Corner {
   Point at;
   std::uint64_t id;
@@ -28,13 +28,13 @@ struct Corner {
   HWY_INLINE Corner operator+(const Corner& c) const { return {at + c.at, id | c.id}; }
 };
 
-/// One of the two: the corners to begin with, and the search for more.
+/// One shape: its initial corners, and the search for more.
 class PortalSide {
  public:
   explicit PortalSide(const ConvexView& v) : view_(v), core_(v) {}
 
   bool usable() const { return view_.kind == ShapeKind::box || view_.vertices.size() == 3 || has_rays(); }
-  /// Three corners near where the ray from the inside point leaves.
+  /// Finds three corners near the point where the ray from the interior point leaves.
   HWY_INLINE void begin(const Point& ray, Corner (&out)[3]) const {
     if (view_.kind == ShapeKind::box) return begin_box(ray, out);
     RayMap::Corners corners{0, 1, 2};
@@ -54,7 +54,7 @@ class PortalSide {
     const double x = std::abs(ray.x) / view_.param[0], y = std::abs(ray.y) / view_.param[1],
                  z = std::abs(ray.z) / view_.param[2];
     const std::uint32_t k = x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
-    // Of the face's corners the one that the ray leans to, and those beside it.
+    // Of the face's corners, the one that the ray leans to, and its neighbours.
     const auto bit = [](double along, std::uint32_t i) { return std::signbit(along) ? 1u << i : 0u; };
     const std::uint32_t at = bit(ray.x, 0) | bit(ray.y, 1) | bit(ray.z, 2);
     constexpr std::uint32_t beside[3][2] = {{2, 4}, {4, 1}, {1, 2}};
@@ -67,7 +67,7 @@ class PortalSide {
 
 using PortalFace = Portal<Corner>;
 
-/// The triangle that `leave` found: `place` < 12 by an edge of each, 4 times A's and B's (3: B's first), else by a
+/// The triangle that `leave` found; `place` < 12: by an edge of each, 4 times A's plus B's (3: B's first); else by a
 /// face.
 HWY_INLINE PortalFace face_at(const Corner (&a)[3], const Corner (&b)[3], const Point& from, const Point& d,
                               std::uint64_t place) {
@@ -96,8 +96,8 @@ HWY_INLINE PortalFace face_at(const Corner (&a)[3], const Corner (&b)[3], const 
   return t;
 }
 
-/// Of the sums a + b of two times three points: where the ray from `from` along d leaves their hull. The plane there is
-/// square to an edge of each or to two edges of one, and of all such it is the one that the ray meets first.
+/// For the sums a + b of three points each: the face of their hull where the ray from `from` along d leaves. Its plane
+/// is spanned by an edge of each, or by two edges of one; of all such planes it is the first that the ray meets.
 HWY_INLINE PortalFace leave(const Corner (&a)[3], const Corner (&b)[3], const Point& from, const Point& d) {
   const hn::CappedTag<double, 4> tag;
   const hn::RebindToUnsigned<decltype(tag)> bits;
@@ -115,7 +115,7 @@ HWY_INLINE PortalFace leave(const Corner (&a)[3], const Corner (&b)[3], const Po
   constexpr std::uint64_t places = 15;
   V least = hn::Set(tag, never);
   for (std::size_t l = 0; l < 4; l += hn::Lanes(tag)) {
-    // Places in the last bits of the numbers: the least brings its own along.
+    // The position is stored in the last bits of the numbers, so the minimum brings it along.
     const auto meet = [&](std::uint64_t row, V px, V py, V pz, const Row& other) HWY_ATTR {
       const V qx = hn::Load(tag, other.x + l), qy = hn::Load(tag, other.y + l), qz = hn::Load(tag, other.z + l);
       V nx = hn::Sub(hn::Mul(py, qz), hn::Mul(pz, qy)), ny = hn::Sub(hn::Mul(pz, qx), hn::Mul(px, qz)),
@@ -148,7 +148,7 @@ class PolytopePortal {
         b_(d.b),
         shift_(point(d.pose.translation)),
         scale_(d.scale() + off_origin(d.a) + off_origin(d.b)),
-        // Rotations are orthonormal to 1e-6 only.
+        // Rotations are orthonormal only to 1e-6.
         ball_((1 - tolerance::askew) * (core_inner_radius(d.a) + core_inner_radius(d.b))) {
     for (int i = 0; i < 3; ++i)
       for (int j = 0; j < 3; ++j) {
@@ -167,16 +167,16 @@ class PolytopePortal {
   const Point& centre() const { return centre_; }
   double rounding() const { return 16 * epsilon * scale_; }
 
-  /// Ends early where they are more than `beyond` apart. `usable()`.
+  /// Ends early if the shapes are more than `beyond` apart. Requires `usable()`.
   template <PortalAim aim>
   HWY_INLINE PortalEnd search(double beyond, PortalFace& face) {
     beyond_ = beyond;
     face = begin();
     return PortalSteps<Corner, PolytopePortal>(*this).search<aim>(face);
   }
-  /// The farthest along n; false where that shows them more than `beyond` apart.
+  /// The farthest point along n; false if that shows the shapes more than `beyond` apart.
   HWY_ATTR bool farthest(const Point& n, Corner& w) const {
-    const double at_most = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);  // its length
+    const double at_most = std::abs(n.x) + std::abs(n.y) + std::abs(n.z);  // an upper bound on its length
     const Corner a = a_.farthest(n, at_most), b = b_.farthest(back_ * -n, at_most);
     w = {a.at - placed(b.at), a.id << 32 | b.id};
     return !(n.dot(w.at) < -beyond_ * at_most);

@@ -1,3 +1,4 @@
+// Minkowski portal refinement for any convex shapes.
 #include "convex/portal.h"
 
 #include <utility>
@@ -9,7 +10,7 @@
 namespace tandem {
 namespace {
 
-// For the least instruction set: what a step costs is the supports.
+// Compiled for the least instruction set, since the cost of a step is that of the supports.
 using HWY_NAMESPACE::PortalAim;
 using HWY_NAMESPACE::PortalEnd;
 
@@ -24,7 +25,7 @@ class RoundPortal {
       : d_(d),
         radius_(core_radius(d.a) + core_radius(d.b)),
         scale_(d.scale() + off_origin(d.a) + off_origin(d.b)),
-        // Rotations are orthonormal to 1e-6 only.
+        // Rotations are orthonormal only to 1e-6.
         ball_((1 - tolerance::askew) * (core_inner_radius(d.a) + core_inner_radius(d.b)) + radius_),
         centre_b_(d.pose.rotation * core_centre(d.b) + d.pose.translation),
         centre_(core_centre(d.a) - centre_b_) {}
@@ -50,7 +51,7 @@ class RoundPortal {
   const SupportKernel kernel_ = support_kernel();
 };
 
-/// False where that shows them apart.
+/// False if that shows the shapes separated.
 bool RoundPortal::farthest(const Vec3& n, PortalCorner& w) const {
   const double length2 = n.squaredNorm();
   if (!(length2 > 0)) {  // a triangle without area has no normal: any point of the surface will do
@@ -84,7 +85,8 @@ PortalResult RoundPortal::search() const {
   return {Verdict::open, portal.n};
 }
 
-/// From B's centre into A, into B and into A again: apart, that comes near the nearest points. False: a point in both.
+/// The first direction: from B's centre into A, into B and into A again, which, for separated shapes, approaches the
+/// nearest points. False: a point in both was found.
 bool RoundPortal::first_direction(Vec3& n) const {
   const double least = tolerance::on_feature * scale_;
   Vec3 a = centre_b_;
@@ -99,7 +101,7 @@ bool RoundPortal::first_direction(Vec3& n) const {
   return true;
 }
 
-/// The corners of the portal, of supports along `n` and across. False: `n` separates.
+/// The initial corners of the portal: supports along `n` and across it. False: `n` separates.
 bool RoundPortal::begin(RoundFace& portal) const {
   auto& [v1, v2, v3, n] = portal;
   if (!farthest(n, v1)) return false;

@@ -1,5 +1,5 @@
-// The steps of Minkowski portal refinement, the same for all shapes; written for the instruction set that the including
-// file is compiled for.
+// The steps of Minkowski portal refinement, for all shapes and for the instruction set that the including file is
+// compiled for.
 #if defined(TANDEM_NARROWPHASE_PORTAL_STEPS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef TANDEM_NARROWPHASE_PORTAL_STEPS_INL_H
 #undef TANDEM_NARROWPHASE_PORTAL_STEPS_INL_H
@@ -18,7 +18,7 @@
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 
-/// A triangle of points of A - B, and its normal in the sense v1, v2, v3. `Corner::at` is the point.
+/// A triangle of points of A - B, and its normal in the orientation v1, v2, v3. `Corner::at` is the point.
 template <class Corner>
 struct Portal {
   Corner v1, v2, v3;
@@ -28,9 +28,9 @@ struct Portal {
 enum class PortalEnd : std::uint8_t { open, apart, overlapping, surface };  ///< apart: v1 is the farthest along n
 enum class PortalAim : std::uint8_t { verdict, surface };
 
-/// Moves a portal outward along the ray from a point inside A - B, the centre, through the origin. `Difference` knows
-/// `centre()`, `scale()`, `ball()`: the radius of a ball about the centre that is in A - B, and `farthest(n, w)`: the
-/// farthest point along n; false where that shows the shapes apart.
+/// Moves a portal outward along the ray from a point inside A - B, the centre, through the origin. `Difference` has
+/// `centre()`; `scale()`; `ball()`, the radius of a ball about the centre in A - B; and `farthest(n, w)`, the farthest
+/// point along n, which is false if that shows the shapes separated.
 template <class Corner, class Difference>
 class PortalSteps {
   using Vector = decltype(Corner::at);
@@ -38,13 +38,13 @@ class PortalSteps {
  public:
   explicit PortalSteps(const Difference& difference) : d_(difference), centre_(difference.centre()) {}
 
-  /// Until the portal has passed the origin (where a verdict is all that is asked), lies on the surface, or its normal
-  /// shows them apart.
+  /// Runs until the portal has passed the origin (where only a verdict is wanted), lies on the surface, or its normal
+  /// separates the shapes.
   template <PortalAim aim>
   HWY_INLINE PortalEnd search(Portal<Corner>& portal) const {
     constexpr int max_steps = 24;
     auto& [v1, v2, v3, n] = portal;
-    // Until the ray goes through the triangle: most often it does.
+    // Iterates until the ray goes through the triangle: it usually does at once.
     int step = 0;
     for (;; ++step) {
       if (step == max_steps) return PortalEnd::open;
@@ -85,20 +85,20 @@ class PortalSteps {
   }
 
  private:
-  /// Surely between the triangle and the centre: the origin, at six times `at_origin` of the volume that it spans with
-  /// the triangle.
+  /// True if the origin lies between the triangle and the centre for certain; `at_origin`: a sixth of it is the volume
+  /// of the origin and the triangle.
   HWY_INLINE bool holds_origin(const Portal<Corner>& portal, double at_origin) const {
     const Vector &v1 = portal.v1.at, &v2 = portal.v2.at, &v3 = portal.v3.at;
-    // Volumes are off by this, times the squared length of the longest of the vectors that they are made of.
+    // The relative error of volumes, times the squared length of the longest vector involved.
     const double off = 128 * epsilon * d_.scale(), longest2 = std::max({v1.dot(v1), v2.dot(v2), v3.dot(v3)});
     if (!(at_origin > off * longest2)) return false;
     const double side_off = off * std::max(longest2, centre_.dot(centre_));
     const double least = std::min({volume(v1, v3), volume(v3, v2), volume(v2, v1)});
-    // Beyond a side it may lie by less than the ball about the centre leaves room: what the volumes are off by, over
-    // the whole, times its size, beside as much of the ball as the point is between the portal and the centre.
+    // The origin may lie beyond a side plane by less than the clearance of the ball about the centre: the error of the
+    // volumes against the ball's cross-section between the portal and the centre.
     return least > side_off || (least > -side_off && at_origin * d_.ball() > 8 * side_off * d_.scale());
   }
-  /// Six times the volume that p, q and the centre span with the origin.
+  /// Six times the volume of the tetrahedron of p, q, the centre and the origin.
   HWY_INLINE double volume(const Vector& p, const Vector& q) const { return p.cross(q).dot(centre_); }
 
   const Difference& d_;

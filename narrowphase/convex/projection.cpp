@@ -1,3 +1,4 @@
+// Points moved into convex cores.
 #include "convex/projection.h"
 
 #include <algorithm>
@@ -8,7 +9,7 @@
 namespace tandem {
 
 Projection move_into(const ConvexView& v, Vec3& p, double least) {
-  // Without branches where it can be: which side of a face a point is on cannot be foreseen.
+  // Avoids branches where possible: the side of a face on which a point lies is unpredictable.
   const double half = 0.5 * v.param[1];
   const auto clamp = [&](int k, double most) {
     const bool well_within = std::abs(p[k]) < most - least;
@@ -33,7 +34,7 @@ Projection move_into(const ConvexView& v, Vec3& p, double least) {
       return {within == 3, by_both[within]};
     }
     case ShapeKind::cone: {
-      // In the half plane of p the side goes from (radius, -half) to (0, half).
+      // In the half plane of p the lateral line goes from (radius, -half) to (0, half).
       const double rho = std::sqrt(p[0] * p[0] + p[1] * p[1]), radius = v.param[0], length = v.param[1];
       const double outside = length * rho + radius * (p[2] - half), slant2 = radius * radius + length * length;
       if (outside < 0 && p[2] > -half) return {p[2] > least - half && outside < -least * (radius + length)};

@@ -1,3 +1,4 @@
+// The point of a simplex nearest the origin.
 #include "convex/simplex.h"
 
 #include <algorithm>
@@ -20,13 +21,14 @@ void nearest_on_segment(const Simplex& s, int i, int j, NearestOnSimplex& best) 
   } else if (t >= 1) {
     n.take(b, {j}, {1.0});
   } else {
-    // From the end that is nearer: less cancellation.
+    // From the nearer end: less cancellation.
     n.take(t <= 0.5 ? Vec3(a + t * ab) : Vec3(b - (1 - t) * ab), {i, j}, {1 - t, t});
   }
   if (n.squared < best.squared) best = n;
 }
 
-/// By the longest side first, then away from it: a sliver's height keeps its digits, and so does the place along it.
+/// Along the longest side first, then perpendicular to it, so that a sliver's height keeps its digits, and so does the
+/// position along it.
 void nearest_on_triangle(const Simplex& s, int i, int j, int k, NearestOnSimplex& best) {
   const auto length2 = [&s](int p, int q) { return (s.p[q].w - s.p[p].w).squaredNorm(); };
   // The longest side leads from i to j.
@@ -38,19 +40,19 @@ void nearest_on_triangle(const Simplex& s, int i, int j, int k, NearestOnSimplex
   const Vec3 &a = s.p[i].w, &b = s.p[j].w, &c = s.p[k].w;
   const Vec3 side = b - a, slant = c - a;
   Vec3 height = slant - (slant.dot(side) / longest) * side;
-  height -= (height.dot(side) / longest) * side;  // square, whatever is left of so small a difference
+  height -= (height.dot(side) / longest) * side;  // perpendicular, despite the rounding of so small a difference
   const double height2 = height.squaredNorm();
   if (height2 > tolerance::parallel_edges2 * longest) {
     const double wc = -a.dot(height) / height2, wb = -(a + wc * slant).dot(side) / longest, wa = 1 - wb - wc;
     if (wa > 0 && wb > 0 && wc > 0) {
       NearestOnSimplex t;
-      // The nearer it is, the more exactly the sides tell its direction: they are rounded, too.
+      // Near the origin the sides give the direction more exactly than v; from afar their rounding would prevail.
       Vec3 v = wa * a + wb * b + wc * c;
       if (v.squaredNorm() < longest) v -= (v.dot(side) / longest) * side;
       if (v.squaredNorm() > height2) {
         t.take(v, {i, j, k}, {wa, wb, wc});
       } else {
-        // Along the normal, as far as the corner nearest the origin is: a tiny distance keeps its digits.
+        // Along the normal, as far as the corner nearest the origin: a tiny distance keeps its digits.
         const Vec3 n = side.cross(height);
         const double a2 = a.squaredNorm(), b2 = b.squaredNorm(), c2 = c.squaredNorm();
         const Vec3& near = a2 <= b2 ? (a2 <= c2 ? a : c) : (b2 <= c2 ? b : c);
@@ -65,9 +67,10 @@ void nearest_on_triangle(const Simplex& s, int i, int j, int k, NearestOnSimplex
   nearest_on_segment(s, j, k, best);
 }
 
-/// Which side of a face of a flat tetrahedron the origin is on is noise: all faces are tried.
+/// For a flat tetrahedron, the side of a face on which the origin lies is noise: all faces are tried.
 void nearest_on_tetrahedron(const Simplex& s, NearestOnSimplex& best) {
-  constexpr int face[4][4] = {{0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}, {0, 1, 2, 3}};  // the last: opposite
+  // The fourth number is the opposite corner.
+  constexpr int face[4][4] = {{0, 1, 3, 2}, {0, 2, 3, 1}, {1, 2, 3, 0}, {0, 1, 2, 3}};
   bool outside[4], flat = false;
   for (int i = 0; i < 4; ++i) {
     const auto& f = face[i];
@@ -88,7 +91,7 @@ void nearest_on_tetrahedron(const Simplex& s, NearestOnSimplex& best) {
 
 }  // namespace
 
-/// On the surface of a tetrahedron.
+/// The nearest point on the surface of a tetrahedron.
 NearestOnSimplex nearest_on_sides(const Simplex& s) {
   NearestOnSimplex best;
   nearest_on_triangle(s, 0, 1, 2, best);
@@ -134,7 +137,7 @@ void keep_nearest(Simplex& s, const NearestOnSimplex& n) {
 void weigh(Simplex& s) {
   NearestOnSimplex n = nearest_to_origin(s);
   if (!n.inside) return keep_nearest(s, n);
-  n = nearest_on_sides(s);  // asked of flat ones only: the origin lies next to a side
+  n = nearest_on_sides(s);  // for flat tetrahedra, where the origin lies near a side
   std::fill_n(s.weight, s.count, 0.0);
   for (int i = 0; i < n.count; ++i) s.weight[n.index[i]] = n.weight[i];
 }

@@ -1,4 +1,4 @@
-// The point of a simplex that is nearest the origin (Gilbert, Johnson, Keerthi 1988).
+// The point of a simplex nearest the origin (Gilbert, Johnson, Keerthi 1988).
 #pragma once
 #include <initializer_list>
 
@@ -8,11 +8,11 @@ namespace tandem {
 
 struct Simplex {
   MinkowskiPoint p[4];
-  double weight[4];  ///< of the point nearest the origin
+  double weight[4];  ///< barycentric coordinates of the point nearest the origin
   int count = 0;
 };
 
-/// The point of a simplex nearest the origin: which of its points carry it, with what weights.
+/// The point of a simplex nearest the origin, with the simplex's points that support it and their weights.
 struct NearestOnSimplex {
   Vec3 v;
   double squared = infinity;
@@ -31,24 +31,24 @@ struct NearestOnSimplex {
 };
 
 NearestOnSimplex nearest_to_origin(const Simplex& s);
-/// The point of a tetrahedron's surface that is nearest the origin.
+/// The point of a tetrahedron's surface nearest the origin.
 NearestOnSimplex nearest_on_sides(const Simplex& s);
-/// Leaves of the simplex the points that carry it, with their weights.
+/// Reduces the simplex to the points that support the nearest point, with their weights.
 void keep_nearest(Simplex& s, const NearestOnSimplex& n);
 
-/// Sets the weights of the simplex's points, of which it leaves at most 3, for the point nearest the origin.
+/// Sets the weights for the point nearest the origin, and keeps at most 3 points.
 void weigh(Simplex& s);
 
-/// Sets both points of the answer by the weights: of corners of either shape, so that they lie on both.
+/// Sets both points of the answer by the weights: combinations of either shape's points, so that they lie on both.
 void set_points(const Simplex& s, LocalAnswer& answer);
 
-/// Where GJK stopped (Gilbert, Johnson, Keerthi 1988; the duality gap bounds the error).
+/// The state in which GJK stopped (Gilbert, Johnson, Keerthi 1988; the duality gap bounds the error).
 struct GjkResult {
   enum class End { separated, near, inside } end;
-  double upper = 0;       ///< distance of `v`: the cores are no farther apart
-  double lower = 0;       ///< the cores are at least this far apart; <= 0 says nothing
-  double along = 0;       ///< as far as they are apart along -v
-  Vec3 v = Vec3::Zero();  ///< the last nearest point; -v is the direction to start a similar query from
+  double upper = 0;       ///< length of `v`: upper bound on the distance
+  double lower = 0;       ///< lower bound on the distance; <= 0: no information
+  double along = 0;       ///< separation along -v
+  Vec3 v = Vec3::Zero();  ///< the last nearest point; -v is a good start for a similar query
   Simplex simplex;
 };
 

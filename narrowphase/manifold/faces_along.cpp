@@ -1,3 +1,4 @@
+// Faces of a polytope that may be most aligned with a direction (vector kernel).
 #include "manifold/faces_along.h"
 
 #include <limits>
@@ -21,7 +22,7 @@ void faces_along(const FaceTable& faces, const float (&d)[3], FaceBits& bits) {
   alignas(64) float along[FaceTable::most_faces];
   const auto x = hn::Set(tag, d[0]), y = hn::Set(tag, d[1]), z = hn::Set(tag, d[2]);
   auto most = hn::Set(tag, -std::numeric_limits<float>::max());
-  // What follows the last face is 0, and no larger than the largest: some face of a polytope looks along d.
+  // Entries behind the last face are 0, not above the maximum: some face of a polytope has a positive product.
   for (std::size_t i = 0; i < faces.faces; i += lanes) {
     const auto here = hn::Add(hn::Add(hn::Mul(x, hn::LoadU(tag, nx + i)), hn::Mul(y, hn::LoadU(tag, ny + i))),
                               hn::Mul(z, hn::LoadU(tag, nz + i)));

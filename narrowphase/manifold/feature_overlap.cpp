@@ -1,3 +1,4 @@
+// Overlaps of two features: faces clipped (Sutherland and Hodgman 1974), parallel edges.
 #include "manifold/feature_overlap.h"
 
 #include "tolerances.h"
@@ -5,24 +6,24 @@
 namespace tandem {
 namespace {
 
-constexpr double sharp = 0.96;  // squared cosine: a tip of 11 degrees
+constexpr double sharp = 0.96;  // squared cosine: an angle of 11 degrees
 
-/// A polygon being clipped; `edge` labels the side that leaves each corner: the incident face's sides by number,
-/// the reference face's from max_corners on. Two labels name a corner, the same way in the next step.
+/// A polygon being clipped. `edge` labels the side after each corner: the incident face's sides by number, the
+/// reference face's from max_corners on. Two labels name a corner, the same in the next step.
 struct Clipped {
   Vec3 corner[max_clipped];
   std::uint32_t edge[max_clipped];
   int count = 0;
-  bool open = false;  ///< a segment, or two that meet
+  bool open = false;  ///< a segment, or two connected ones
 
   void add(const Vec3& p, std::uint32_t label) {
     if (count < max_clipped) corner[count] = p, edge[count++] = label;
   }
 };
 
-/// Keeps what lies on the inner side of the plane normal . x <= offset; a corner beyond it by `slack` at most, times
-/// the normal's length, counts as in it: where sides lie on each other rounding decides nothing. False: all of it is
-/// kept, and `out` is not set.
+/// Keeps the part on the inner side of the plane normal . x <= offset; a corner beyond it by at most `slack`, times the
+/// normal's length, counts as inside, so that rounding decides nothing where sides coincide. False: all is kept, and
+/// `out` is not set.
 bool clip(const Clipped& c, const Vec3& normal, double offset, double slack, std::uint32_t label, Clipped& out) {
   double beyond[max_clipped];
   bool any = false;
@@ -38,8 +39,8 @@ bool clip(const Clipped& c, const Vec3& normal, double offset, double slack, std
     const int j = i + 1 < c.count ? i + 1 : 0;
     const double di = beyond[i], dj = beyond[j];
     if (di <= on_it) out.add(c.corner[i], c.edge[i]);
-    if (c.open && j == 0) break;  // a segment has no way back
-    // A corner in the plane is itself where its side crosses it.
+    if (c.open && j == 0) break;  // a segment has no closing side
+    // A corner in the plane stands for the crossing.
     if ((di <= 0 && dj > on_it) || (di > on_it && dj <= 0)) {
       const double t = di / (di - dj);
       out.add(c.corner[i] + t * (c.corner[j] - c.corner[i]), di <= 0 ? label : c.edge[i]);
@@ -71,7 +72,7 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
     const std::uint32_t label = static_cast<std::uint32_t>(i);
     cut(side, corner(i), label);
     const Vec3 next = (corner(i + 2) - corner(i + 1)).cross(outward);
-    // What lies far beyond a tip may be next to both of its sides.
+    // A point far beyond a sharp corner may be near both of its sides.
     const double opposed = side.dot(next), length2 = side.squaredNorm(), next2 = next.squaredNorm();
     if (opposed < 0 && opposed * opposed > sharp * length2 * next2)
       cut(outward.cross(side / std::sqrt(length2) - next / std::sqrt(next2)), corner(i + 1), label);
@@ -84,14 +85,14 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
     Vec3 at = c.corner[i];
     const bool lowest = incident.lowest >= 0 && at == incident.corner[incident.lowest];
     if (incident.radius > 0) {
-      // Cut off between the side and the farthest point, it lies on the ball and not on the line.
+      // Cut off between the side line and the farthest point: the point lies on the ball, not on the line.
       const Vec3 out = at - incident.ball;
       const double along = outward.dot(out), across2 = (out - along * outward).squaredNorm(),
                    radius2 = incident.radius * incident.radius;
       if (incident.end.dot(out) > tolerance::alike * incident.radius && across2 < radius2)
         at -= (along + std::sqrt(radius2 - across2)) * outward;
     }
-    // Moving by the pair's depth separates them everywhere, so nowhere is it more.
+    // At most the pair's depth, since moving by that separates the shapes.
     const double depth = std::min(deepest, reference.normal.dot(reference.corner[0] - at) / slant);
     if (depth < -margin - slack) continue;
     const std::uint32_t in = c.edge[(i + c.count - 1) % c.count];

@@ -1,5 +1,5 @@
-// Where two features that lie on each other overlap: a face clipped by another (Sutherland and Hodgman 1974), two
-// parallel edges side by side.
+// The overlap of two features in contact: a face clipped by another (Sutherland and Hodgman 1974), two parallel edges
+// side by side.
 #pragma once
 #include "manifold/flat_feature.h"
 #include "manifold/patch_point.h"
@@ -7,21 +7,21 @@
 namespace tandem {
 
 constexpr int max_clipped = 3 * max_corners;
-/// Points of a patch: what clipping leaves, and the pair's deepest.
+/// Points of a patch: those of clipping, and the pair's deepest point.
 constexpr int max_patch = max_clipped + 1;
-/// The feature of the pair's deepest point where it is deeper than all that clipping found.
+/// The feature number of the pair's deepest point, where it is deeper than all points of the clipping.
 constexpr std::uint32_t witness_point = 0xffffffffu;
-/// What a leaning disc's deepest point may lack to the greatest depth of its patch, in tolerance::alike.
+/// In tolerance::alike: the most by which the depth of a leaning disc's deepest point may fall short of its patch's.
 constexpr double lowest_point_lacks = 0.25;
 
-/// Points of `incident` over `reference`, seen along `outward` (the contact normal, from the reference's shape), by
-/// depth along it: there the line leaves one shape and enters the other. Those beyond the margin by `slack` at most
-/// count as at it: what touches to rounding has all of its patch.
+/// The points of `incident` over `reference`, projected along `outward` (the contact normal, from the reference's
+/// shape), with their depths along it: there the line leaves one shape and enters the other. Points beyond the margin
+/// by at most `slack` count as at it, so that shapes that touch to rounding keep their whole patch.
 int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const Vec3& outward, bool of_b, double margin,
                double deepest, double slack, PatchPoint* points);
 
-/// The stretch where two parallel edges lie side by side. Each end has its own depth: an angle within `flush` opens
-/// by more than what nearly touches.
+/// The interval where two parallel edges run side by side. Each end has its own depth: an angle within `flush` opens a
+/// wider gap than that of a near contact.
 int overlap_edges(const FlatFeature& a, const FlatFeature& b, const LocalAnswer& answer, double margin, double size,
                   PatchPoint* points);
 

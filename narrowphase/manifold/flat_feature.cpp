@@ -1,3 +1,4 @@
+// The face, edge or point of a convex shape in a direction.
 #include "manifold/flat_feature.h"
 
 #include <bit>
@@ -10,7 +11,7 @@
 namespace tandem {
 namespace {
 
-/// The corners of a circle's polygon, counterclockwise from the x axis.
+/// The corners of the polygon that stands for a circle, counterclockwise from the x axis.
 struct CirclePolygon {
   double x[max_corners + 1], y[max_corners + 1];
 
@@ -41,17 +42,17 @@ double power_below_root(double v) {
   return std::bit_cast<double>(static_cast<std::uint64_t>((exponent >> 1) + 1023) << 52);
 }
 
-/// Where (unit: x, y) a disc that leans by rho, the sine of the angle, is deepest. The less it leans, the farther
-/// that moves when the pose changes a little: on a grid so wide that the depth there is within 1.25e-9 of the radius of
-/// the greatest it mostly stays.
+/// The deepest point (unit: x, y) of a disc that leans by rho, the sine of the angle. The less it leans, the farther
+/// this point moves when the pose changes a little; therefore it is rounded to a grid so coarse that the depth there is
+/// within 1.25e-9 of the radius of the greatest, and mostly stays.
 void find_lowest_of_circle(double rho, double& x, double& y) {
   if (rho >= tolerance::steady_lean) return;
-  // By tangents from the nearest of eight directions, between which no likely angle lies in the middle.
+  // By tangents from the nearest of eight directions; these are such that no likely angle lies halfway between two.
   const double ax = std::abs(x), ay = std::abs(y);
   const bool diagonal = std::min(ax, ay) > 0.41421356 * std::max(ax, ay);
   const double cx = diagonal || ax > ay ? std::copysign(1.0, x) : 0.0;
   const double cy = diagonal || ay >= ax ? std::copysign(1.0, y) : 0.0;
-  const double step = power_below_root(tolerance::lowest_point_lacks2 / rho);  // rho step^2 / 8 is what the depth lacks
+  const double step = power_below_root(tolerance::lowest_point_lacks2 / rho);  // rho step^2 / 8 is the missing depth
   constexpr double to_whole = 0x1.8p52;
   const double t = ((cx * y - cy * x) / (cx * x + cy * y) / step + to_whole - to_whole) * step;
   const double length = std::sqrt((cx * cx + cy * cy) * (1 + t * t));
@@ -59,10 +60,10 @@ void find_lowest_of_circle(double rho, double& x, double& y) {
   y = (cy + t * cx) / length;
 }
 
-/// The polygon has its place on the body, so that it stays where the deepest point does not; that one takes the place
-/// of the nearest corner. So the deepest point, the one across and those to either side are nearly a square wherever it
-/// lies, and carry a body alike however it leans: with three that stay and the deepest anywhere between them stacks
-/// swayed for ever. A disc that counts as flat has none.
+/// Adds the polygon of a circle. It is fixed to the body, so that its corners stay while the deepest point moves; the
+/// deepest point replaces the nearest corner. So the deepest point, the one opposite and those to either side nearly
+/// form a square, which supports a body equally well however it leans: with three fixed corners and the deepest point
+/// anywhere between them, stacks swayed for ever. A disc that counts as flat has no deepest point.
 void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bool counterclockwise) {
   const double width = counterclockwise ? radius : -radius;
   for (int i = 0; i < max_corners; ++i) f.add({radius * circle.x[i], width * circle.y[i], z});
@@ -76,7 +77,7 @@ void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bo
   f.corner[f.lowest] = {radius * x, width * y, z};
 }
 
-/// The face that looks most along d (unit); of equals the first.
+/// The face most aligned with d (unit); of equals the first.
 std::size_t facing_most(const Hull& hull, const Vec3& d) {
   if (!hull.normals.empty()) return face_kernel()(hull, d.data());
   std::size_t best = 0;
@@ -116,8 +117,7 @@ FlatFeature face_of_box(const ConvexView& v, const Vec3& d) {
   return f;
 }
 
-/// Of a capsule the line of its side; unless it lies flat, what reaches farthest is beyond an end of that, and its
-/// direction another.
+/// For a capsule, the line of its side; unless it lies flat, its farthest point is beyond an end of that line.
 FlatFeature face_of_capsule(const ConvexView& v, const Vec3& d) {
   FlatFeature f;
   const double h = 0.5 * v.param[1], r = v.param[0], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
@@ -137,7 +137,7 @@ FlatFeature face_of_capsule(const ConvexView& v, const Vec3& d) {
   return f;
 }
 
-/// A disc as a polygon, else a line of the side.
+/// For a cylinder, a disc as a polygon, else a line of its lateral surface.
 FlatFeature face_of_cylinder(const ConvexView& v, const Vec3& d) {
   FlatFeature f;
   const double h = 0.5 * v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
@@ -153,7 +153,7 @@ FlatFeature face_of_cylinder(const ConvexView& v, const Vec3& d) {
   return f;
 }
 
-/// Its disc, else a line of the side.
+/// For a cone, its disc, else a line of its lateral surface.
 FlatFeature face_of_cone(const ConvexView& v, const Vec3& d) {
   FlatFeature f;
   const double r = v.param[0], length = v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
@@ -169,7 +169,7 @@ FlatFeature face_of_cone(const ConvexView& v, const Vec3& d) {
   return f;
 }
 
-/// Of a hull or triangle; of one without area the segment or point.
+/// For a hull or triangle, a face; for one without area the segment or point.
 FlatFeature face_of_hull(const ConvexView& v, const Vec3& d) {
   FlatFeature f;
   if (v.hull != nullptr && !v.hull->faces.empty()) {
@@ -177,7 +177,7 @@ FlatFeature face_of_hull(const ConvexView& v, const Vec3& d) {
     const Hull::Face& face = v.hull->faces[best];
     f.normal = face.normal;
     f.id = static_cast<std::uint32_t>(best);
-    // A face with more corners than fit is thinned evenly.
+    // A face with too many corners is thinned evenly.
     const std::uint32_t kept = std::min<std::uint32_t>(face.count, max_corners);
     for (std::uint32_t i = 0; i < kept; ++i) f.add(v.vertices[v.hull->loop[face.first + i * face.count / kept]]);
     return f;

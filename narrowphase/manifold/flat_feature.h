@@ -1,14 +1,14 @@
-// The face, edge or point that a convex shape shows along a direction: what contact patches are clipped from.
+// The face, edge or point of a convex shape in a direction: the input of clipping.
 #pragma once
 #include "shapes/support.h"
 
 namespace tandem {
 
-/// Corners of a face that is clipped; circles have this many.
+/// The most corners of a face that is clipped; circles have this many.
 constexpr int max_corners = 16;
 
-/// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame. Or what a
-/// capsule that leans shows: the edge along its side, and beyond its end the point of the ball that reaches farthest.
+/// A face (3 or more corners, counterclockwise from outside), an edge or a point of a shape, in some frame. For a
+/// capsule that leans: the edge along its side, and the ball beyond its end with the farthest point.
 struct FlatFeature {
   Vec3 corner[max_corners];
   int count = 0;
@@ -16,7 +16,7 @@ struct FlatFeature {
   Vec3 normal = Vec3::Zero();  ///< unit, of a face
   std::uint32_t id = 0;
   Vec3 ball = Vec3::Zero();  ///< centre of a capsule's end
-  double radius = 0;         ///< of it; 0 for all else
+  double radius = 0;         ///< of the ball; 0 for other shapes
   Vec3 end = Vec3::Zero();   ///< unit, along the axis towards that end
 
   bool is_face() const { return count >= 3 && radius == 0; }
@@ -24,14 +24,13 @@ struct FlatFeature {
   void add(const Vec3& p) { corner[count++] = p; }
 };
 
-/// The face that looks most along d (unit, in the shape's frame), or the edge or point that stands for it on round
-/// shapes.
+/// The face most aligned with d (unit, in the shape's frame), or the edge or point that stands for it on round shapes.
 FlatFeature best_face(const ConvexView& v, const Vec3& d);
 
-/// The edge that lies in the contact plane with outward normal d; none (count 0) if it is not an edge.
+/// The edge that lies in the contact plane with outward normal d; none (count 0) if d is not a normal of an edge.
 FlatFeature flush_edge(const ConvexView& v, const Vec3& d);
 
-/// From the frame of B to that of A.
+/// Transforms the feature from B's frame to A's.
 void move(FlatFeature& f, const RelativePose& pose);
 
 }  // namespace tandem

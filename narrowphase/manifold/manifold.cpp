@@ -1,3 +1,4 @@
+// Builds contact manifolds, and keeps at most four points that span them.
 #include "manifold/manifold.h"
 
 #include "manifold/feature_overlap.h"
@@ -25,8 +26,8 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     FlatFeature fa = best_face(a, n), fb = best_face(b, towards_a);
     move(fb, relative);
     const double flat_a = fa.is_face() ? fa.normal.dot(n) : 0, flat_b = fb.is_face() ? -fb.normal.dot(n) : 0;
-    // Of two that are as flat A's carries the patch, but a leaning disc is clipped by a face that does not lean: its
-    // deepest point must be among what is left.
+    // Of two faces equally aligned A's is the reference, except that a leaning disc is always the incident one: its
+    // deepest point must be among the points that remain.
     const bool as_flat = std::abs(flat_a - flat_b) <= tolerance::alike_cosines;
     const bool only_a_leans = as_flat && fa.lowest >= 0 && fb.lowest < 0;
     if (flat_a >= carries_patch && (as_flat || flat_a > flat_b) && !(only_a_leans && flat_b >= carries_patch)) {
@@ -41,7 +42,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
         count = overlap_edges(fa, fb, answer, margin, a.size + b.size, points);
       }
     }
-    // The clipped circles are polygons, and a slanting face may not hold the deepest point: never lose that one.
+    // Circles are clipped as polygons, and a slanting face may not contain the deepest point: it must not get lost.
     double deepest = -infinity;
     bool lowest = false;
     for (int i = 0; i < count; ++i) {
@@ -67,13 +68,13 @@ bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, doub
   const Vec3 along = pose_a.rotation.col(2), other = pose_b.rotation.col(2);
   if (along.cross(other).squaredNorm() > tolerance::flush2 || std::abs(axes.normal.dot(along)) > tolerance::flush)
     return false;
-  // From A's centre along its axis.
+  // Positions along A's axis from its centre.
   const double centre = along.dot(pose_b.translation - pose_a.translation), sense = along.dot(other) >= 0 ? 0.5 : -0.5;
   const double ha = 0.5 * length_a, hb = 0.5 * length_b;
   const double lo = std::max(-ha, centre - hb), hi = std::min(ha, centre + hb);
   if (!(hi - lo > tolerance::flush * (length_a + length_b))) return false;
   const double depth = radius_a + radius_b - axes.distance;
-  // The gap of the axes at A's centre, and how it changes along them: each end has its own place midway.
+  // The gap of the axes at A's centre, and its change along them: each end has its own midpoint.
   const std::size_t first = contacts.size();
   for (const double end : {lo, hi}) {
     const Vec3 on_a = end * along;
@@ -106,7 +107,7 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
   if (depth > deepest + tolerance::deeper * shape.size) {
     points[count++] = {lowest + 0.5 * depth * normal, depth, 0x80000000u};
   } else {
-    // Of a disc's circle the corners stand for what lies between them.
+    // The corners of a disc's circle stand for the arcs between them.
     for (int i = 0; i < count; ++i)
       if (points[i].depth == deepest) points[i].depth = depth;
   }
@@ -126,12 +127,12 @@ void stand_for_deepest(PatchPoint* p, int count, double slack) {
 
 namespace {
 
-/// Points of a patch, of which some are taken one by one.
+/// The points of a patch, of which some are taken one by one.
 class PatchChoice {
  public:
   PatchChoice(PatchPoint* p, int count, double slack) : p_(p), count_(count), slack_(slack) {}
 
-  /// The best of those not taken; a later one must be better by more than the slack.
+  /// The point with the best score of those not taken; a later one must be better by more than the slack.
   template <class Score>
   int take(const Score& score) {
     int best = -1;
@@ -144,7 +145,7 @@ class PatchChoice {
     taken_[best] = true;
     return best;
   }
-  /// The score of the last.
+  /// The score of the last one taken.
   double most() const { return most_; }
   int take(int i) {
     taken_[i] = true;
@@ -152,7 +153,7 @@ class PatchChoice {
   }
   void leave(int i) { taken_[i] = false; }
 
-  /// Moves those taken to the front, in their order; how many.
+  /// Moves the taken points to the front, in their order; returns how many.
   int gather() {
     int kept = 0;
     for (int i = 0; i < count_; ++i)
@@ -167,7 +168,7 @@ class PatchChoice {
   bool taken_[max_patch] = {};
 };
 
-/// In an order that does not depend on how they were found.
+/// Sorts points so that the result does not depend on the order in which they were found.
 void sort_points(PatchPoint* p, int count) {
   const auto before = [](const PatchPoint& x, const PatchPoint& y) {
     return x.feature != y.feature ? x.feature < y.feature : x.depth > y.depth;
@@ -176,7 +177,7 @@ void sort_points(PatchPoint* p, int count) {
     for (int k = i; k > 0 && before(p[k], p[k - 1]); --k) std::swap(p[k], p[k - 1]);
 }
 
-/// The deepest point, or one that counts as equal and then stands for it: the disc's own, else the witness.
+/// The deepest point, or one that is equally deep and then stands for it: that of a leaning disc, else the witness.
 int take_first(PatchPoint* p, int count, double size, double slack, PatchChoice& choice) {
   double deepest = p[0].depth;
   for (int i = 1; i < count; ++i) deepest = std::max(deepest, p[i].depth);
@@ -191,7 +192,7 @@ int take_first(PatchPoint* p, int count, double size, double slack, PatchChoice&
   return start;
 }
 
-/// The fourth: outside the triangle of the three by most, if by more than the slack.
+/// The fourth point: farthest outside the triangle of the three, if by more than the slack.
 void take_outside(const Vec3& first, const Vec3& second, const Vec3& third, double turn, const Vec3& normal,
                   double slack, PatchChoice& choice) {
   const Vec3 corner[4] = {first, second, third, first};
@@ -219,7 +220,7 @@ int span_patch(PatchPoint* p, int count, const Vec3& normal, double size) {
   const Vec3 along = p[second].at - first.at, side = normal.cross(along / std::max(length, tolerance::never_zero));
   const int third = choice.take([&](const PatchPoint& x) { return std::abs(side.dot(x.at - first.at)); });
   if (choice.most() <= thin * length) {
-    // A strip this thin is an edge: its deepest end, and the deepest at the other.
+    // A strip this thin is an edge: keep its deepest end, and the deepest point at the other.
     choice.leave(second);
     choice.leave(third);
     choice.take([&](const PatchPoint& x) { return from_first(x) >= 0.9 * length ? size + x.depth : 0; });

@@ -1,4 +1,4 @@
-// The contact points of two shapes: which of their features carries the patch, and which of its points are kept.
+// Contact manifolds of two shapes: the features that carry the patch, and the points that are kept.
 #pragma once
 #include <vector>
 
@@ -8,38 +8,39 @@
 
 namespace tandem {
 
-/// Contact points of two bounded convex shapes whose signed distance and normal are known: the face of one clipped
-/// by the face it lies on, or the stretch of two parallel edges, or one point; at most 4 that span the patch, each
-/// with its own depth along the common normal, at least -margin. Appended in world coordinates, by feature.
-/// `whole`: all points of the patch, not only those that span it.
+/// Appends the contact points of two bounded convex shapes whose signed distance and normal are known: the face of one
+/// clipped by the face of the other, or the common interval of two parallel edges, or one point; at most 4 that span
+/// the patch, each with its own depth along the common normal, at least -margin. In world coordinates, sorted by
+/// feature. `whole`: all points of the patch, not only those that span it.
 void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const LocalAnswer& answer,
                      double margin, const Pose& pose_a, std::vector<Contact>& contacts, bool whole = false);
 
-/// The two ends of the stretch where capsules with parallel axes lie side by side; false (and nothing) where they do
-/// not. Neither lies farther apart than the margin. `axes` is the distance of their axes about A's centre, in world
-/// directions. A comes first by content.
+/// Appends the two ends of the interval where capsules with parallel axes lie side by side; false, appending nothing,
+/// where they do not. Neither is farther apart than the margin. `axes` is the distance of their axes relative to A's
+/// centre, in world directions. A comes first by content.
 bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, double length_a, const Pose& pose_a,
                               double radius_b, double length_b, const Pose& pose_b, double margin,
                               std::vector<Contact>& contacts);
 
-/// Contact points of a convex shape and a half-space, whose (unit) normal and offset are given in the shape's frame;
-/// the contact normals are the half-space's.
+/// Appends the contact points of a convex shape and a half-space, whose (unit) normal and offset are given in the
+/// shape's frame; the contact normals are the half-space's.
 void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const Vec3& normal, double offset,
                                double margin, std::vector<Contact>& contacts);
 
-/// Gives the greatest depth to the first of the points whose depth is that but for `slack`, as `span_patch` does.
+/// Gives the greatest depth to the first of the points whose depth is equal to it within `slack`, as `span_patch` does.
 void stand_for_deepest(PatchPoint* points, int count, double slack);
 
-/// Leaves up to 4 of the points, in the order of their features: the deepest, the farthest from it, then those that
-/// widen the patch most to either side; among equals the first by feature. A disc's `lowest`
-/// is the deepest of those that are as deep. Returns how many.
+/// Keeps up to 4 of the points, in the order of their features: the deepest, the farthest from it, then those that
+/// widen the patch most to either side; among equals the first by feature. A disc's `lowest` is preferred among equally
+/// deep points. Returns how many.
 int span_patch(PatchPoint* points, int count, const Vec3& normal, double size);
 
-/// Appends them; `normal` in world coordinates.
+/// Appends the points as contacts; `normal` in world coordinates.
 void append_points(const PatchPoint* points, int count, const Pose& pose, const Vec3& normal,
                    std::vector<Contact>& contacts);
 
-/// The answer's witness points as the one contact, where they are no farther apart than the margin; nothing for null.
+/// Appends the answer's witness points as the one contact, if they are no farther apart than the margin; nothing for
+/// null.
 inline void append_single(const PairAnswer& answer, double margin, std::vector<Contact>* contacts) {
   if (contacts != nullptr && answer.signed_distance <= margin)
     contacts->push_back({0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, 0});

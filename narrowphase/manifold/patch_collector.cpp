@@ -1,3 +1,4 @@
+// Groups the contacts of a mesh with a convex shape into patches of at most four points.
 #include "manifold/patch_collector.h"
 
 #include <algorithm>
@@ -26,11 +27,11 @@ class WidestPoints {
         tie_break_(uncommon(axis_)),
         meter_(meter) {}
 
-  /// Corners of the patch: along a direction, far from that, off their line, outside of their triangle.
+  /// Chooses corners of the patch: along a direction, far from that one, off their line, outside of their triangle.
   void span();
-  /// The deepest one is kept, or one that counts as deep has its depth.
+  /// Makes sure that the deepest contact is kept, or that one that counts as equally deep has its depth.
   void keep_deepest();
-  /// Those kept, to the front of the contacts.
+  /// Moves the chosen contacts to the front; returns how many.
   std::size_t move_to_front();
 
  private:
@@ -43,13 +44,13 @@ class WidestPoints {
   double slack_;
   Vec3 axis_, tie_break_;
   WorkMeter* meter_;
-  double most_ = 0;  // the score of the last best
+  double most_ = 0;  // the last best score
   std::array<std::size_t, 4> kept_{};
   std::size_t count_ = 0;
 };
 
-/// Of those that are as good as the best but for rounding the one farthest along a direction of its own: where they are
-/// in the list may be rounding's doing, too.
+/// Among those equal to the best to rounding, the one farthest along a direction of its own: the order in the list may
+/// depend on rounding, too.
 template <class Score>
 std::size_t WidestPoints::best(Score&& score) {
   constexpr std::size_t at_once = 64;
@@ -69,7 +70,7 @@ std::size_t WidestPoints::best(Score&& score) {
 }
 
 void WidestPoints::span() {
-  // A point that is told apart by less could be one kept before: the best but for rounding is less by up to `slack_`.
+  // A point closer than this to a chosen one could be the same: scores equal to rounding differ by up to `slack_`.
   const double apart = 2 * slack_;
   kept_[count_++] = best([&](const Contact& c) { return tie_break_.dot(c.point); });
   const Vec3 from = p_[kept_[0]].point;
@@ -85,7 +86,7 @@ void WidestPoints::span() {
   if (most_ > std::max(thin * length, apart)) kept_[count_++] = fourth;
 }
 
-/// Of the triangle of the first three.
+/// Outside the triangle of the first three.
 std::size_t WidestPoints::farthest_outside(std::size_t third, const Vec3& side) {
   const double turn = side.dot(p_[third].point - p_[kept_[0]].point) >= 0 ? 1.0 : -1.0;
   std::array<Vec3, 3> outward;
@@ -125,7 +126,7 @@ void WidestPoints::replace_nearest(std::size_t deepest) {
 }
 
 std::size_t WidestPoints::move_to_front() {
-  std::array<Contact, 4> widest;  // some of them may stand where others go
+  std::array<Contact, 4> widest;  // a copy, since some of them may be overwritten
   for (std::size_t k = 0; k < count_; ++k) widest[k] = p_[kept_[k]];
   std::copy_n(widest.begin(), count_, p_.begin());
   std::sort(p_.begin(), p_.begin() + static_cast<std::ptrdiff_t>(count_),
@@ -157,10 +158,10 @@ void PatchCollector::add(std::uint32_t t, std::span<const Contact> contacts) {
   }
 }
 
-/// A contact in the order in which patches are found: deeper ones before; of equals (to rounding, and none are nearer
-/// to touching than these) the one whose triangle comes first.
+/// A contact in the order in which patches are found: deeper ones first; of equals (to rounding; none are nearer to
+/// touching than these) the one whose triangle comes first.
 struct PatchCollector::Place {
-  double depth;  // in units that count as equal, a whole number
+  double depth;  // in units within which depths count as equal, an integer
   std::uint32_t feature, point, run;
 
   bool operator<(const Place& other) const {
@@ -173,7 +174,7 @@ struct PatchCollector::Patch {
   Vec3 normal;
   Place deepest;
   std::uint32_t first = 0, count = 0;  // places
-  std::uint32_t side_of = 0;           // the patch of which it is the other side, else itself
+  std::uint32_t side_of = 0;           // the patch of which it is the opposite side, else itself
 };
 
 PatchCollector::List<PatchCollector::Place> PatchCollector::places_of(double deepest) {
@@ -192,9 +193,9 @@ PatchCollector::List<PatchCollector::Place> PatchCollector::places_of(double dee
   return places;
 }
 
-// The deepest contact of a run says when it looks for a patch of about its normal; where none is found yet it is one.
+// The deepest contact of each run looks for a patch with about its normal; where there is none, it begins one.
 PatchCollector::List<PatchCollector::Patch> PatchCollector::find_patches(const List<Place>& places) {
-  List<Place> runs(&memory_);  // the deepest place of each
+  List<Place> runs(&memory_);  // the deepest place of each run
   runs.reserve(runs_.size());
   for (const Place& place : places)
     if (runs.empty() || runs.back().run != place.run)
@@ -246,7 +247,7 @@ void PatchCollector::leave_out_far(const Vec3& centre, List<Patch>& patches) {
     if (far[i] != 0) patches[i].count = 0;
 }
 
-// Of a sheet that lies on the surface rounding says which side it is on: one patch.
+// Joins the two sides of an open surface on which the shape rests: which side a contact is on depends on rounding.
 void PatchCollector::join_sides(const List<Place>& places, List<Patch>& patches) {
   const double slack = tolerance::alike * size_;
   const auto only_touches = [&](const Patch& patch) {
@@ -266,7 +267,7 @@ void PatchCollector::join_sides(const List<Place>& places, List<Patch>& patches)
   }
 }
 
-// Of each patch the points that span it, in the order of their features.
+// Appends the points that span each patch, in the order of their features.
 void PatchCollector::append_widest(const List<Place>& places, const List<Patch>& patches, std::vector<Contact>& out) {
   const std::size_t first = out.size();
   for (std::uint32_t i = 0; i < patches.size(); ++i) {

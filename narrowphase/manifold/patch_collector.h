@@ -1,3 +1,4 @@
+// Contacts of a mesh with a convex shape, gathered into patches.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -13,30 +14,31 @@
 
 namespace tandem {
 
-/// A direction across the axis (unit) that no shape has of itself, nor any two of its corners in common: what is alike
-/// along others is told apart along it.
+/// A unit vector perpendicular to the axis, in a direction that no shape has by itself, nor any two of its corners:
+/// breaks ties between points equal along other directions.
 Vec3 uncommon(const Vec3& axis);
 
-/// At most 4 of the contacts from `first` on, all of about one normal: corners of a patch as wide as any, and the
-/// deepest; by feature. What is alike but for rounding (`size` is that of the bodies) is told apart by where it lies,
-/// not by its place in the list. `meter`: counts the work, if not null.
+/// Keeps at most 4 of the contacts from `first` on, all of about one normal: corners of a patch as wide as any, and the
+/// deepest; sorted by feature. Contacts equal to rounding (`size`: of the bodies) are ordered by position, not by their
+/// place in the list. `meter`: counts the work, if not null.
 void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size, WorkMeter* meter = nullptr);
 
-/// Gathers the contacts of a mesh's triangles with one convex shape into patches: those of about one normal, at most
-/// four, that span the patch.
+/// Gathers the contacts of a mesh's triangles with one convex shape into patches: groups of about one normal, of which
+/// at most four that span the patch are kept.
 class PatchCollector {
  public:
-  /// Of the options: `limit`, which ends the work of `finish` (WorkStopped), and `memory`.
+  /// Uses of the options: `limit`, which ends the work of `finish` (WorkStopped), and `memory`.
   PatchCollector(double size, const NarrowPhaseOptions& options)
       : size_(size), meter_(options.limit), memory_(usual_.data(), usual_.size(), lent_memory(options)) {}
   PatchCollector(const PatchCollector&) = delete;
   PatchCollector& operator=(const PatchCollector&) = delete;
 
-  /// Of triangle t; their normals point from the mesh.
+  /// Adds the contacts of triangle t; their normals point from the mesh.
   void add(std::uint32_t t, std::span<const Contact> contacts);
 
-  /// Appends what is kept of those no deeper than `deepest`, by feature. Patches of a solid whose normals oppose each
-  /// other are two sides of one wall that the shape with this centre has gone through: the far one does not push.
+  /// Appends the kept contacts no deeper than `deepest`, sorted by feature. Patches of a solid whose normals oppose
+  /// each other are two sides of one thin solid part that the shape with this centre has passed through: the far side
+  /// does not push.
   void finish(const Vec3& centre, bool solid, std::vector<Contact>& out, double deepest = infinity);
 
  private:
@@ -44,12 +46,12 @@ class PatchCollector {
     Vec3 at;
     double depth;
   };
-  /// Contacts of a triangle with the very same normal, one after the other: points from `first` to the next run's.
+  /// Consecutive contacts of a triangle with exactly the same normal: points from `first` to the next run's.
   struct Run {
     Vec3 normal;
     std::uint32_t triangle, first;
     bool goes_on;             ///< the run before is of the same triangle
-    std::uint32_t patch = 0;  ///< that it is in
+    std::uint32_t patch = 0;  ///< the patch that it belongs to
   };
   struct Place;
   struct Patch;
@@ -65,7 +67,7 @@ class PatchCollector {
 
   double size_;
   WorkMeter meter_;
-  alignas(std::max_align_t) std::array<std::byte, 24576> usual_;  // enough but for very many triangles
+  alignas(std::max_align_t) std::array<std::byte, 24576> usual_;  // enough except for very many triangles
   std::pmr::monotonic_buffer_resource memory_;
   List<Run> runs_{&memory_};
   List<Point> points_{&memory_};

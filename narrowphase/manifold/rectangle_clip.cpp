@@ -1,3 +1,4 @@
+// Clips rectangular faces, a pair a lane (vector kernel).
 #include "manifold/rectangle_clip.h"
 
 #include <algorithm>
@@ -16,14 +17,14 @@ namespace tandem::HWY_NAMESPACE {
 
 static_assert(RectanglePairRows::most % hn::MaxLanes(D()) == 0);
 
-// The sides of a rectangle's corners, counterclockwise.
+// The signs of a rectangle's corners along its two axes, counterclockwise.
 constexpr bool on_right[4] = {true, false, false, true}, on_top[4] = {true, true, false, false};
 HWY_INLINE V on_side(bool plus, V x) { return plus ? x : hn::Neg(x); }
 
-/// Pairs of some lanes; `append_box_manifold` from where its faces are known.
+/// The pairs of a vector; `append_box_manifold` from where its faces are known.
 struct RectangleLanes {
   V centre[3], edge1[3], edge2[3], half_u, half_w, half1, half2, top, slant, slip_u, slip_w, distance, near, margin;
-  bool tilted;  // any
+  bool tilted;  // for any lane
   RectanglePatchRows& found;
   std::size_t at;
   V touching;
@@ -52,7 +53,7 @@ struct RectangleLanes {
   }
 };
 
-/// Columns of the rows, not side by side.
+/// Gathers columns that are not consecutive.
 HWY_INLINE void RectangleLanes::read(const RectanglePairRows& pairs, const std::int64_t* columns, double margin_) {
   const D d;
   const auto from = hn::LoadU(hn::RebindToSigned<D>(), columns);
@@ -77,7 +78,7 @@ HWY_INLINE void RectangleLanes::read(const RectanglePairRows& pairs, const std::
   tilted = !hn::AllTrue(d, hn::Eq(slant, number(1)));
 }
 
-/// The incident corners that lie over the reference face; where that is not all of them.
+/// Adds the incident corners over the reference face; true where some are not over it.
 HWY_INLINE M RectangleLanes::add_incident_corners(V (*corner)[3]) {
   M all_inside = hn::Eq(near, near);
   for (int i = 0; i < 4; ++i) {
@@ -91,7 +92,7 @@ HWY_INLINE M RectangleLanes::add_incident_corners(V (*corner)[3]) {
   return hn::Not(all_inside);
 }
 
-/// The reference corners that the incident face lies over, where `open`; where that is not all of them.
+/// Adds the reference corners under the incident face, where `open`; true where some are not under it.
 HWY_INLINE M RectangleLanes::add_reference_corners(M open) {
   const V one = number(1);
   const V det = hn::Sub(hn::Mul(edge1[0], edge2[1]), hn::Mul(edge1[1], edge2[0]));
@@ -111,7 +112,7 @@ HWY_INLINE M RectangleLanes::add_reference_corners(M open) {
   return hn::AndNot(all_covered, open);
 }
 
-/// Where the incident edges cross the reference ones well between their ends, where `open`.
+/// Adds the crossings of incident and reference edges well between their ends, where `open`.
 HWY_INLINE void RectangleLanes::add_crossings(const V (*corner)[3], M open) {
   const D d;
   for (int line = 0; line < 4; ++line) {

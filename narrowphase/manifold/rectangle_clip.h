@@ -1,33 +1,35 @@
+// Rectangular faces clipped by each other, a pair a lane.
 #pragma once
 #include <cstddef>
 #include <cstdint>
 
 namespace tandem {
 
-/// Rectangular faces over each other, a pair a column: the incident one's centre and half edges as the reference one
-/// sees them along the normal: where in its plane that leaves it (two coordinates), then the height over its box's
-/// centre. Depths are measured, and points put midway, along this normal, which has a slant against the reference
-/// face's, and slips along it.
+/// Pairs of overlapping rectangular faces, a pair a column: the incident face's centre and half edges in the reference
+/// face's frame, as two coordinates in its plane, to which points are projected along the normal, and the height above
+/// its box's centre. Depths are measured along the normal, and points lie midway along it; `slant` and `slip` are its
+/// components relative to the reference face.
 struct RectanglePairRows {
   static constexpr std::size_t most = 96;
   alignas(64) double centre[3][most], edge1[3][most], edge2[3][most];
   double half1[most], half2[most];                 ///< lengths of the two half edges
   double half_u[most], half_w[most];               ///< half sizes of the reference face
   double top[most];                                ///< its height
-  double slant[most], slip_u[most], slip_w[most];  ///< cosine; 1, 0, 0 where it is the face's own
-  double distance[most], near[most];               ///< signed distance of the two boxes; what counts as equal
-  double name[most];                               ///< of their contacts, but for the point; a whole number
+  double slant[most], slip_u[most], slip_w[most];  ///< cosine; 1, 0, 0 where the normal is the face's own
+  /// Signed distance of the two boxes; the difference that counts as equal.
+  double distance[most], near[most];
+  double name[most];  ///< the name of their contacts without the point; an integer
 };
 
-/// Points of the patches, in the order of their names: the incident face's four corners, the reference face's four,
-/// then crossings of edges: the first reference edge's with the four incident ones, and so on.
+/// The points of the patches, in the order of their names: the incident face's four corners, the reference face's four,
+/// then the crossings of edges: the first reference edge with the four incident ones, and so on.
 struct RectanglePatchRows {
   static constexpr std::size_t most = RectanglePairRows::most, points = 24;
-  alignas(64) double touching[most];  ///< bit i: point i is one of the patch's; a whole number
-  double u[points][most], w[points][most], depth[points][most];  ///< of those alone
+  alignas(64) double touching[most];                             ///< bit i: point i belongs to the patch; an integer
+  double u[points][most], w[points][most], depth[points][most];  ///< only for these
 };
 
-/// Numbers of columns that `clip_rectangles` reads beyond those it was given; any that are valid will do.
+/// The number of columns that `clip_rectangles` reads beyond the given ones; any valid ones will do.
 constexpr std::size_t columns_beyond = 7;
 
 /// Clips the incident faces of `count` columns, named by `columns`, as `append_box_manifold` does, a pair a lane, with

@@ -1,3 +1,4 @@
+// Quick certain tests of two convex shapes by the line between their centres.
 #include "pairs/centre_test.h"
 
 #include <algorithm>
@@ -15,7 +16,7 @@
 namespace tandem {
 namespace {
 
-/// Is the ball inside the shape about its origin?
+/// True if the inscribed ball of the shape is about its origin.
 bool is_centred(const Shape& s) {
   constexpr KindSet centred = kinds_where([](const KindRow& row) { return row.centred; });
   return centred.has(s.kind());
@@ -47,12 +48,12 @@ Vec3 inner_centre(const Shape& s) {
     case ShapeKind::halfspace:
     case ShapeKind::plane:
     case ShapeKind::mesh:
-      break;  // not asked
+      break;  // not passed
   }
   return 0;
 }
 
-/// Of a hull: the cheap bound, or to rounding.
+/// For a hull: the cheap upper bound, or the support to rounding.
 enum class Reach { at_most, exact };
 
 double reach(const Hull& hull, const Vec3& d, Reach kind) {
@@ -65,7 +66,7 @@ double reach(const Hull& hull, const Vec3& d, Reach kind) {
   return most;
 }
 
-/// How far the shape reaches along d (any length) beyond the centre of its ball, times that length.
+/// The support of the shape along d (any length) relative to the centre of its ball, times that length.
 [[gnu::always_inline]] inline double reach(const Shape& s, const Vec3& d, Reach kind) {
   const auto across = [&] { return s.radius() * std::sqrt(d[0] * d[0] + d[1] * d[1]); };
   switch (s.kind()) {
@@ -87,12 +88,12 @@ double reach(const Hull& hull, const Vec3& d, Reach kind) {
     case ShapeKind::halfspace:
     case ShapeKind::plane:
     case ShapeKind::mesh:
-      break;  // not asked
+      break;  // not passed
   }
   return std::numeric_limits<double>::infinity();
 }
 
-/// Between points of A and B, in world directions; exchanged, exactly the opposite.
+/// The vector between points of A and B, in world directions; exactly the opposite with A and B exchanged.
 Vec3 from_to(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_b) {
   return (pose_b.translation - pose_a.translation) + (pose_b.rotation * b - pose_a.rotation * a);
 }
@@ -100,8 +101,8 @@ Vec3 from_to(const Vec3& a, const Pose& pose_a, const Vec3& b, const Pose& pose_
 }  // namespace
 
 CentreTest test_centres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin) {
-  // Rotations count as they are given: balls are ellipsoids.
-  // Most shapes' centres are their origins: nothing to turn then, and no root.
+  // Rotations are taken as given: they map balls to ellipsoids. Most shapes' centres are their origins, which need no
+  // rotation and no square root.
   const bool centred = is_centred(a) && is_centred(b);
   const Vec3 in_a = inner_centre(a), in_b = inner_centre(b);
   const Vec3 between = centred ? Vec3(pose_b.translation - pose_a.translation) : from_to(in_a, pose_a, in_b, pose_b);

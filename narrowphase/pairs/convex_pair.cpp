@@ -1,3 +1,4 @@
+// Answers a pair of convex shapes: chooses the method by the table, and completes its answer.
 #include "pairs/convex_pair.h"
 
 #include <algorithm>
@@ -53,7 +54,7 @@ PairAnswer halfspace_with(const ConvexView& a, const Pose& pose_a, const ConvexV
   if (request == Request::contacts && contacts != nullptr && r.signed_distance <= options.margin) {
     const std::size_t first = contacts->size();
     append_halfspace_manifold(b, pose_b, n, offset, options.margin, *contacts);
-    // Rounding may leave nothing of a corner that just touches.
+    // Rounding may remove the only corner of a patch that just touches.
     if (contacts->size() == first) append_single(r, options.margin, contacts);
   }
   return r;
@@ -106,20 +107,20 @@ std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const
 
 namespace {
 
-/// Whether this is a capsule so short beside what a pair reaches over (metres) that rounding swallows its axis.
+/// True for a capsule so short relative to a pair's extent (metres) that its axis is lost to rounding.
 bool axis_is_lost(const ConvexView& view, double reach) {
   return view.kind == ShapeKind::capsule && view.param[1] <= tolerance::lost * reach;
 }
 
-/// Whether this is an ellipsoid whose radii are the same but for rounding. As such it would have its least depth in
-/// whatever is concentric with it in all directions, or all around an axis, and no few points bound that from below.
+/// True for an ellipsoid whose radii are equal to rounding. As an ellipsoid its least depth in a concentric shape would
+/// be the same in all directions, or all around an axis, and no few points bound that from below.
 bool is_round(const ConvexView& view) {
   if (view.kind != ShapeKind::ellipsoid) return false;
   const auto [least, most] = std::minmax({view.param[0], view.param[1], view.param[2]});
   return most - least <= 4 * epsilon * most;
 }
 
-/// Whether this is a hull of so few corners that it is a triangle, whose sides solvers of round bodies know.
+/// True for a hull with so few vertices that it is a triangle, whose edges the solvers of round bodies know.
 bool is_triangle(const ConvexView& view) { return view.kind == ShapeKind::convex && view.vertices.size() <= 3; }
 
 ConvexView triangle_of(ConvexView body) {
@@ -127,13 +128,13 @@ ConvexView triangle_of(ConvexView body) {
   return body;
 }
 
-/// The ball of the first parameter: a capsule's or an ellipsoid's radius.
+/// The ball with the first parameter: a capsule's or an ellipsoid's radius.
 ConvexView ball_of(ConvexView body) {
   body.kind = ShapeKind::sphere;
   return body;
 }
 
-/// Two of which one, but for rounding, is something simpler: a ball, or a triangle. None where neither is.
+/// A pair of which one shape is, to rounding, something simpler: a ball, or a triangle. Empty if neither is.
 struct SimplerPair {
   ConvexView a, b;
 };
@@ -151,7 +152,7 @@ std::optional<SimplerPair> simplified(const ConvexView& a, const Pose& pose_a, c
   return std::nullopt;
 }
 
-/// What solvers of others do not bound themselves is known by measurement, of the size.
+/// The measured error, relative to the size, of solvers that give no bound themselves.
 double measured_error(const MethodChoice& choice) { return choice.row != nullptr ? choice.row->error : 0; }
 
 PairAnswer verdict_by(const MethodChoice& choice, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
@@ -160,7 +161,7 @@ PairAnswer verdict_by(const MethodChoice& choice, const ConvexView& a, const Pos
   PairAnswer answer;
   answer.error_bound = measured_error(choice) * size;
   std::optional<bool> collide = collide_by(choice.method, a, pose_a, b, pose_b, choice.tolerance, start, warm, limit);
-  if (!collide) {  // a third party gave up: answer all the same, and say so
+  if (!collide) {  // the other library gave up: answer all the same, and report it
     collide = collide_by(Method::gjk, a, pose_a, b, pose_b, choice.tolerance, start, warm, limit);
     answer.status = Status::inexact;
     answer.error_bound = size;
@@ -191,7 +192,8 @@ PairAnswer answer_by(const MethodChoice& choice, const ConvexView& a, const Pose
   return answer;
 }
 
-/// A plane is met on the side from which B comes, or sticks out least: that of the half-space farther from B.
+/// The half-space that stands for a plane: the one on the side from which B comes, or beyond which B reaches least,
+/// which is the one farther from B.
 ConvexView nearer_side(const ConvexView& plane, const Pose& pose, const ConvexView& b, const Pose& pose_b) {
   const Vec3 in_plane{plane.param[0], plane.param[1], plane.param[2]};
   const Vec3 n = pose_b.rotation.transpose() * (pose.rotation * in_plane);

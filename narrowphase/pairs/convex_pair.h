@@ -1,3 +1,4 @@
+// Two convex shapes: the policy that chooses the method.
 #pragma once
 #include <vector>
 
@@ -7,8 +8,8 @@
 
 namespace tandem {
 
-/// Convex (or half-space) against convex: closed forms, SAT, GJK and the rest, by the dispatcher's table.
-/// At least one of the two is bounded. Appends to `contacts` only for Request::contacts.
+/// Answers convex (or half-space) against convex: by closed forms, separating axes, GJK and others, as the solver table
+/// says. At least one of the two is bounded. Appends to `contacts` only for Request::contacts.
 PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
                         Request request, const NarrowPhaseOptions& options, std::vector<Contact>* contacts,
                         WarmStart* warm = nullptr);

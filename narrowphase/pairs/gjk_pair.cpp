@@ -1,3 +1,4 @@
+// Two bounded convex shapes by GJK: the order of methods, and when an answer is accepted.
 #include "pairs/gjk_pair.h"
 
 #include "convex/epa.h"
@@ -11,17 +12,17 @@
 namespace tandem {
 namespace {
 
-/// By balls inside both.
+/// True if balls inside both overlap.
 bool overlap_deeply(const MinkowskiDifference& d) {
-  // Rotations are orthonormal to 1e-6 only.
+  // Rotations are orthonormal only to 1e-6.
   const double reach = (1 - tolerance::askew_in_floats) * (core_inner_radius(d.a) + core_inner_radius(d.b));
   if (!(reach > tolerance::small_ball * d.scale())) return false;
   return (core_centre(d.a) - d.pose.rotation * core_centre(d.b) - d.pose.translation).squaredNorm() < reach * reach;
 }
 
-/// Is a plane at the height h above the origin, which touches the difference within `margin` of the origin's foot and
-/// no nearer to that than to the circle, the nearest of all? Planes that are turned a little are kept out by the disc
-/// about the foot, those turned by more than 2 atan(margin / h) by the ball about the centre.
+/// True if a plane is the nearest face of the difference to the origin. The plane has height h above the origin; it
+/// touches the difference in a disc of radius `margin` about the origin's projection. Planes with a slightly different
+/// normal are excluded by that disc, those turned by more than 2 atan(margin / h) by the ball about the centre.
 bool is_least(double h, double margin, const Vec3& n, const Vec3& centre, double ball) {
   if (!(margin > h)) return false;
   const double below = -n.dot(centre), aside = (centre + below * n).norm();
@@ -29,8 +30,8 @@ bool is_least(double h, double margin, const Vec3& n, const Vec3& centre, double
   return below > 0 && below * (m2 - h2) - 2 * margin * h * aside + ball * (m2 + h2) > h * (m2 + h2);
 }
 
-/// The answer for two polytopes where the face on which the ray through the origin ends is the nearest; false where
-/// that is not sure.
+/// Answers for two polytopes if the face where the ray through the origin ends is the nearest face; false where that is
+/// uncertain.
 bool answer_by_face(const MinkowskiDifference& d, const SurfaceFace& face, LocalAnswer& answer) {
   const MinkowskiPoint* const c = face.corner;
   const double scale = d.scale();
@@ -43,12 +44,12 @@ bool answer_by_face(const MinkowskiDifference& d, const SurfaceFace& face, Local
   if (!(area > tolerance::wide_face * scale * std::max({length[0], length[1], length[2]}))) return false;
   n /= area;
   const double h = std::max({n.dot(c[0].w), n.dot(c[1].w), n.dot(c[2].w)});
-  double inward[3];  // from the edges to the origin's foot
+  double inward[3];  // distances from the edges to the origin's projection
   for (int i = 0; i < 3; ++i) inward[i] = n.cross(edge[i]).dot(h * n - c[i].w) / length[i];
   double margin = infinity;
   for (int i = 0; i < 3; ++i) {
     const int next = (i + 1) % 3, other = (i + 2) % 3;
-    // Between an edge of each the face is a parallelogram, of which the corners are three.
+    // A face from an edge of each shape is a parallelogram, of which the corners are three.
     const auto shares = [&](int p, int q) {
       return c[other].vertex_a == c[p].vertex_a && c[other].vertex_b == c[q].vertex_b;
     };
@@ -70,15 +71,15 @@ bool answer_by_face(const MinkowskiDifference& d, const SurfaceFace& face, Local
   return true;
 }
 
-/// The signed distance of two cores, and what is not known of it.
+/// The signed distance of two cores, with its uncertainty.
 struct CoreDistance {
   double distance = 0;
-  double at_most = 0;  ///< where they overlap
+  double at_most = 0;  ///< an upper bound, if they overlap
   bool doubtful = false;
 };
 
-/// Of polytopes near each other, by the face of the difference that the origin lies over or beneath: is that the
-/// answer? Else `towards` is a direction that separates, if one was found.
+/// For polytopes near each other, tries the face of the difference above or below the origin; true if that is the
+/// answer. Otherwise `towards` is a separating direction, if one was found.
 bool answer_on_surface(const MinkowskiDifference& d, double beyond, double reach, Vec3& towards, LocalAnswer& answer) {
   SurfaceFace face;
   surface_kernel()(d, std::min(beyond, reach), face);
@@ -94,12 +95,13 @@ bool answer_on_surface(const MinkowskiDifference& d, double beyond, double reach
   return face.end == SurfaceFace::End::reached && answer_by_face(d, face, answer);
 }
 
-/// Is no ball known in the difference that is as wide as a thin overlap? That of both shapes' inner balls is in it.
+/// True if no ball is known in the difference that is as wide as a thin overlap; the sum of both shapes' inscribed
+/// balls is in it.
 bool may_be_thin(const MinkowskiDifference& d) {
   return core_inner_radius(d.a) + core_inner_radius(d.b) < tolerance::thin_overlap * d.scale();
 }
 
-/// Of cores that a descent left inside each other or nearly so: by an expanding polytope, to `exact`.
+/// For cores that GJK left overlapping or nearly so: the expanding polytope algorithm, to `exact`.
 CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool polytopes, bool deep, double exact,
                          LocalAnswer& answer) {
   const double scale = d.scale();
@@ -111,25 +113,25 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
   answer.point_a = e.point_a;
   answer.point_b = e.point_b;
   answer.gap = std::max(0.0, e.upper - e.lower);
-  // The bounds of two polytopes that are this near meet, or rounding has made them.
+  // The bounds of two polytopes this near agree, or are rounding errors.
   const double reached = r.end == GjkResult::End::near               ? r.upper
                          : e.upper < tolerance::near_surface * scale ? r.v.norm()
                                                                      : 0.0;
-  // Of faces of the difference that are slivers planes are off by rounding over the width, along all of the length: a
-  // thin difference's polytope may end at another face than the nearest.
+  // The planes of sliver faces of the difference have errors of rounding over their width, along all their length: the
+  // polytope of a thin difference may end at another face than the nearest.
   const double shallow = may_be_thin(d) ? tolerance::thin_overlap : tolerance::near_surface;
   core.doubtful = polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale ||
                                 e.upper < shallow * scale);
   const bool apart = r.end == GjkResult::End::near && r.upper > 0 &&
                      (r.lower > core.distance ? r.lower >= 0 : polytopes && core.distance > 0);
   if (apart) {
-    // Apart, and maybe by a corner or an edge that no face of the polytope stands for.
+    // Separated, possibly by a corner or an edge that no face of the polytope represents.
     if (r.lower > core.distance) answer.normal = -unit(r.v);
     answer.gap = r.upper - std::max(r.lower, core.distance);
     core.distance = r.upper;
     set_points(r.simplex, answer);
   }
-  // Between polytopes that hardly touch their difference is noise, and so may its direction be.
+  // The difference of polytopes that hardly touch is noise, and so may its direction be.
   const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < tolerance::hardly_touching * scale);
   if (touching && separation_along(d, answer.normal) < core.distance - 16 * epsilon * scale) {
     core.doubtful = true;
@@ -143,7 +145,7 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
   return core;
 }
 
-/// Two polytopes: true where the near surfaces answer; else the descent is done, from where they point.
+/// For two polytopes: true if the facing surfaces give the answer; else GJK is done, started from their direction.
 bool answer_or_descend(const MinkowskiDifference& d, double least, double beyond, const Vec3* start, GjkResult& r,
                        LocalAnswer& answer) {
   const double far = tolerance::far_from_surface * d.scale();
@@ -157,8 +159,8 @@ bool answer_or_descend(const MinkowskiDifference& d, double least, double beyond
   return false;
 }
 
-/// Is the origin in the tetrahedron whatever rounding does to its determinants? Of slivers, as of needles, the planes
-/// are off by more than the corners.
+/// True if the origin is in the tetrahedron whatever the rounding of its determinants. For slivers and needles the
+/// planes have larger errors than the corners.
 bool surely_holds_origin(const Simplex& s) {
   int positive = 0;
   for (int left_out = 0; left_out < 4; ++left_out) {
@@ -168,12 +170,12 @@ bool surely_holds_origin(const Simplex& s) {
                                                    p[0] * q[1] + p[1] * q[0]));
     const double volume = a.dot(b.cross(c));
     if (!(std::abs(volume) > tolerance::permanent_rounding * permanent)) return false;
-    if ((volume > 0) == (left_out % 2 == 0)) ++positive;  // each shift of four corners is odd
+    if ((volume > 0) == (left_out % 2 == 0)) ++positive;  // each rotation of four corners is odd
   }
   return positive == 0 || positive == 4;
 }
 
-/// Round surfaces are only approached: Newton's method has the last digits.
+/// GJK only approaches round surfaces: Newton's method gives the last digits.
 void polish(const MinkowskiDifference& d, CoreDistance& core, LocalAnswer& answer) {
   const Support s = minimize(RoundPair(d), answer.normal, -infinity);
   if (!s.optimal) return;
@@ -204,7 +206,7 @@ bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* sta
     if (direction != nullptr && r.v.squaredNorm() > 0) *direction = -unit(r.v);
     return false;
   }
-  // A simplex that encloses the origin where it has been close already, or is flat, may only seem to.
+  // A simplex that contains the origin may only seem to where it has come close before, or is flat.
   const double sure = tolerance::near_surface * d.scale();
   if (r.end == GjkResult::End::inside && r.v.squaredNorm() > sure * sure && is_solid(d, r.simplex) &&
       (!d.polytopes() || surely_holds_origin(r.simplex)))
@@ -215,10 +217,10 @@ bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* sta
 
 LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start, double beyond) {
   const double ra = core_radius(d.a), rb = core_radius(d.b);
-  // Round surfaces are approached step by step: the last digits cost more steps than they are worth.
+  // Round surfaces are approached step by step: the last digits would cost more steps than they are worth.
   const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
   const double least = polytopes ? tolerance::ends_on_polytopes : tolerance::ends_on_round;
-  // They end after few steps as it is; what a tolerance broke off was then doubtful (3 times as long in the hard
+  // Polytopes end after few steps anyway; results cut short by a tolerance were doubtful (3 times as long in the hard
   // class).
   if (polytopes) tolerance = 0;
   const double scale = d.scale();

@@ -1,3 +1,4 @@
+// The names of the methods, and which are in this build.
 #include "pairs/methods.h"
 
 namespace tandem {

@@ -1,4 +1,4 @@
-// The methods that solve a pair, a row each: what `--list-solvers` prints and NarrowPhaseOptions::solver may name.
+// The methods that solve a pair, a row each: printed by `--list-solvers` and named by NarrowPhaseOptions::solver.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -15,7 +15,7 @@ inline constexpr std::size_t method_count = 8;
 struct MethodRow {
   Method method;
   SolverInfo info;
-  bool by_peers;  ///< FCL's or libccd's: only where the library is built with them
+  bool by_peers;  ///< FCL's or libccd's: only if the library is built with them
 };
 
 inline constexpr std::array<MethodRow, method_count> method_rows = {{
@@ -48,10 +48,10 @@ static_assert([] {
 
 constexpr std::string_view name(Method method) { return method_rows[static_cast<std::size_t>(method)].info.name; }
 
-/// Is it in this build?
+/// True if the method is in this build.
 bool is_built(Method method);
 
-/// Empty for an unknown name, and for FCL's and libccd's where the library is built without them.
+/// The method of that name; empty for an unknown name, and for FCL's and libccd's if the library is built without them.
 std::optional<Method> find_method(std::string_view solver);
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// Pairs with a cylinder, cone or ellipsoid: the order of methods.
 #include "pairs/round_pair.h"
 
 #include <optional>
@@ -11,7 +12,7 @@
 namespace tandem {
 namespace {
 
-/// Is the point of one, where the other reaches farthest into it, within the other, beyond rounding?
+/// True if the point of one shape where the other penetrates most is inside the other, beyond rounding.
 bool share_a_point(const MinkowskiDifference& d, const Support& s, double scale) {
   const double rounding = 64 * epsilon * scale;
   Vec3 a = s.point[0] + core_radius(d.a) * s.n, b = -s.point[1] - core_radius(d.b) * s.n;
@@ -25,15 +26,15 @@ Vec3 between_centres(const MinkowskiDifference& d) {
   return d.pose.rotation * inside(d.b) + d.pose.translation - inside(d.a);
 }
 
-/// How far a point lies off an ellipsoid's surface, in its frame: to first order, for points near it.
+/// The distance of a point near an ellipsoid from its surface, in its frame, to first order.
 double off_ellipsoid(const ConvexView& v, const Vec3& p) {
   const Vec3 radii{v.param[0], v.param[1], v.param[2]}, q = p.cwiseQuotient(radii);
   const double k = q.norm(), gradient = q.cwiseQuotient(radii).norm();
   return gradient > 0 ? std::abs(k * (k - 1) / gradient) : infinity;
 }
 
-/// The last digit of n moves the point of a flat ellipsoid by as much of its radius of curvature. The other body's
-/// point and h n tell it with all digits, where what they tell lies on it.
+/// The last digit of n moves the point of a flat ellipsoid by that times its radius of curvature. The other body's
+/// point and h n give it to all digits, where the resulting point lies on the ellipsoid.
 void straighten_points(const RoundPair& pair, Support& s) {
   const double open = tolerance::descent_accuracy * pair.scale, rounding = 64 * epsilon * pair.scale;
   for (const int which : {0, 1}) {
@@ -60,11 +61,11 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
   Support s;
   s.n = direction(between);
   s.h = s.n.dot(pair.support(s.n));
-  // So deep in each other, the line of centres is no better to begin with than any.
+  // For such deep overlaps the line of centres is no better a start than any.
   const bool deep = s.h > between.norm();
   if (!deep) {
     if (start != nullptr) {
-      // Apart, there is one minimum, whichever way it is reached.
+      // Separated shapes have a single minimum, whatever the start.
       const double h = start->dot(pair.support(*start));
       if (h < 0 && h < s.h) s.n = *start;
     }
@@ -104,7 +105,7 @@ bool round_collide(const MinkowskiDifference& d) {
     if (s.optimal && share_a_point(d, s, scale)) return true;
     return std::nullopt;
   };
-  // A hull's take longer to find than a portal.
+  // A hull's features take longer to find than a portal search.
   const bool features = have_features(d.a, d.b), first = d.a.hull == nullptr && d.b.hull == nullptr;
   if (features && first)
     if (const auto collide = by_features()) return *collide;

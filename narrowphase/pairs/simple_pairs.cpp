@@ -1,3 +1,4 @@
+// Direct solvers: pairs of simple shapes from their parameters to the answer.
 #include "pairs/simple_pairs.h"
 
 #include <bit>
@@ -14,7 +15,7 @@
 namespace tandem {
 namespace {
 
-/// length - reach <= 0 from the squared length: a root only where rounding could decide.
+/// True if length - reach <= 0, from the squared length: takes a square root only where rounding could decide.
 bool within(double length2, double reach) {
   const double reach2 = reach * reach;
   if (length2 < reach2 * (1 - tolerance::squares_rounding)) return true;
@@ -30,7 +31,7 @@ void place(const LocalAnswer& local, const Pose& pose_a, PairAnswer& answer) {
   answer.point_b = pose_a * local.point_b;
 }
 
-/// Compares parameter by parameter: the first difference.
+/// Compares parameter by parameter, up to the first difference.
 template <std::size_t n>
 double difference(const double (&a)[n], const double (&b)[n]) {
   for (std::size_t i = 0; i < n; ++i)
@@ -38,8 +39,8 @@ double difference(const double (&a)[n], const double (&b)[n]) {
   return 0;
 }
 
-/// Of segments that are neither short nor nearly parallel, and whose gap is no noise: false for others. The first lies
-/// about the origin. Inlined: what is handed over in memory is waited for, and what is not asked for need not be
+/// The distance of segments that are neither short nor nearly parallel, and whose gap is well above rounding; false for
+/// others. The first is centred at the origin. Inlined, so that results stay in registers and unused ones are not
 /// computed.
 [[gnu::always_inline]] inline bool clear_segment_distance(const Vec3& half_a, const Vec3& centre_b, const Vec3& half_b,
                                                           SegmentDistance& d) {
@@ -47,24 +48,23 @@ double difference(const double (&a)[n], const double (&b)[n]) {
   const double uu = half_a.squaredNorm(), vv = half_b.squaredNorm(), uv = half_a.dot(half_b);
   const double ru = r.dot(half_a), rv = r.dot(half_b), det = uu * vv - uv * uv;
   if (!(det > tolerance::clearly_crossing2 * (uu * vv) && det > tolerance::shortest_squared)) return false;
-  // The best s of all; the best t for it; where that is an end, the best s for that, else the same (Ericson
-  // 2005, 5.1.9).
+  // The best s overall; the best t for it; if that is an end, the best s for that (Ericson 2005, 5.1.9).
   const double by_uu = 1 / uu, by_vv = 1 / vv;
   const auto within = [](double x) { return std::min(std::max(x, -1.0), 1.0); };
   const double t = within((within((uv * rv - vv * ru) / det) * uv + rv) * by_vv), s = within((t * uv - ru) * by_uu);
   const bool inside_a = std::abs(s) < 1, inside_b = std::abs(t) < 1, inside = inside_a && inside_b;
   Vec3 gap = t * half_b - s * half_a - r;
-  // Inside a segment the normal is square to it, whatever is left of a small difference.
+  // Inside a segment the normal is made perpendicular to it, despite the rounding of a small difference.
   if (gap.squaredNorm() < tolerance::short_gap2 * (r.squaredNorm() + uu + vv)) {
     gap -= ((inside_a ? by_uu : 0.0) * gap.dot(half_a)) * half_a;
     gap -= ((inside_b ? by_vv : 0.0) * gap.dot(half_b)) * half_b;
   }
-  // Inside both it is square to both, also where they cross.
+  // Inside both segments it is perpendicular to both, also where they cross.
   const Vec3 axis = inside ? Vec3(half_a.cross(half_b)) : gap, from = inside ? Vec3(-r) : gap;
   const double length2 = axis.squaredNorm();
   if (!(length2 > (inside ? tolerance::shortest_squared : tolerance::lost_of_three2 * (r.squaredNorm() + uu + vv))))
     return false;
-  // The length divides last: the distance does not wait for the normal.
+  // The division by the length comes last, so that the distance does not wait for the normal.
   const double along = axis.dot(from), length = std::sqrt(length2);
   d.distance = std::abs(along) / length;
   d.normal = axis / std::copysign(length, along);
@@ -75,7 +75,7 @@ double difference(const double (&a)[n], const double (&b)[n]) {
 
 [[gnu::always_inline]] inline SegmentDistance axes_distance(const Pose& pose_a, double length_a, const Pose& pose_b,
                                                             double length_b) {
-  // About A's centre, in world directions: far from the origin nothing is lost.
+  // Relative to A's centre, in world directions: far from the origin nothing is lost.
   const Vec3 half_a = 0.5 * length_a * pose_a.rotation.col(2), half_b = 0.5 * length_b * pose_b.rotation.col(2);
   const Vec3 between = pose_b.translation - pose_a.translation;
   SegmentDistance d;
@@ -83,7 +83,7 @@ double difference(const double (&a)[n], const double (&b)[n]) {
   return segment_distance(Vec3::Zero(), half_a, between, half_b);
 }
 
-/// Two boxes in order whose faces do not part them by more than the margin.
+/// Two boxes in canonical order whose face axes separate them by no more than the margin.
 void append_near_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b, const Pose& pose_b,
                        const BoxAxes& axes, double margin, std::vector<Contact>& contacts, PairAnswer& r) {
   const BoxAnswer answer = box_box_overlap(half_a, pose_a, half_b, pose_b, axes, margin);
@@ -121,13 +121,13 @@ void append_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& ha
   }
   place(answer.local, pose_a, r);
   if (contacts.size() > first) return;
-  // Two edges that touch across each other meet in one point.
+  // Two edges that cross touch in one point.
   const bool edges_alone = answer.axis >= 6 && answer.edges_cosine <= clearly_crossing && answer.facing < carries_patch;
   const bool rounded_off = answer.axis >= 0 && (answer.axis < 6 || answer.facing > tolerance::flush_face);
   if (!edges_alone && !rounded_off)
     append_manifold(view_box(half_a), view_box(half_b), relative(pose_a, pose_b), answer.local, margin, pose_a,
                     contacts);
-  // Rounding may leave nothing of a patch that is a point.
+  // Rounding may remove the only point of a patch.
   if (contacts.size() == first) append_single(r, margin, &contacts);
 }
 
@@ -146,7 +146,7 @@ PairAnswer solve_spheres(const Parameters& a, const Pose& pose_a, const Paramete
   r.signed_distance = length - reach;
   r.point_a = pose_a.translation + radius_a * r.normal;
   r.point_b = pose_b.translation - radius_b * r.normal;
-  // Clearly apart: known before the root is.
+  // Separated by more than the margin: known without the square root.
   const double far = reach + margin;
   if (request == Request::contacts && length2 > far * far * (1 + tolerance::certain)) return r;
   r.collide = r.signed_distance <= 0;
@@ -171,7 +171,7 @@ PairAnswer solve_sphere_box(const Parameters& a, const Pose& pose_a, const Param
     return r;
   }
   double distance;  // of the centre
-  Vec3 nearest;     // of the box, from its centre in world directions
+  Vec3 nearest;     // point of the box, relative to its centre in world directions
   if (length2 > 0) {
     distance = std::sqrt(length2);
     const Vec3 axis = pose.rotation * out;
@@ -200,7 +200,7 @@ PairAnswer solve_sphere_capsule(const Parameters& a, const Pose& pose_a, const P
   const Vec3 d = centre - pose.translation, axis = pose.rotation.col(2);
   const double half = 0.5 * length, along = std::clamp(axis.dot(d), -half, half);
   Vec3 out = d - along * axis;
-  // Beside the axis the normal is square to it, whatever is left of so small a difference.
+  // Beside the axis the normal is made perpendicular to it, despite rounding.
   if (std::abs(along) < half) out -= axis.dot(out) * axis;
   const double length2 = out.squaredNorm();
   PairAnswer r;
@@ -220,7 +220,7 @@ PairAnswer solve_sphere_capsule(const Parameters& a, const Pose& pose_a, const P
 
 PairAnswer solve_capsules(const Parameters& a, const Pose& pose_a, const Parameters& b, const Pose& pose_b,
                           Request request, double margin, std::vector<Contact>* contacts) {
-  // Which comes first cannot be foreseen: no branch.
+  // Which comes first is unpredictable: no branch.
   struct Side {
     double radius, length;
     const Pose* pose;
@@ -252,21 +252,21 @@ PairAnswer solve_capsules(const Parameters& a, const Pose& pose_a, const Paramet
 
 namespace {
 
-/// Along the face's axis that parts two boxes the most, which they do by more than the margin.
+/// The answer along the face axis of largest separation of two boxes, which exceeds the margin.
 void answer_apart(const BoxAxes& axes, const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b,
                   const Pose& pose_b, PairAnswer& r) {
   unsigned parting = axes.parting;
-  // Faces of both part them as much: that of the first in order.
+  // Faces of both separate equally: take that of the first box in canonical order.
   if (parting >= 16 && parting % 16 != 0) parting &= boxes_reversed(half_a, pose_a, half_b, pose_b) ? 0xf0u : 0x0fu;
   const auto face = static_cast<unsigned>(std::countr_zero(parting));
   const Pose* const poses[2] = {&pose_a, &pose_b};
-  // Which side of it cannot be foreseen: no branch.
+  // Which side is unpredictable: no branch.
   constexpr double senses[2] = {1, -1};
   r.signed_distance = axes.most_face;
   r.normal = senses[axes.against >> face & 1u] * poses[face / 4]->rotation.col(face % 4);
 }
 
-/// Two boxes that no face parts by more than the margin; their axes are known.
+/// Two boxes that no face axis separates by more than the margin, with their axes.
 [[gnu::noinline]] void solve_near_boxes(const HalfSize& half_a, const Pose& pose_a, const HalfSize& half_b,
                                         const Pose& pose_b, BoxAxes& axes, double margin,
                                         std::vector<Contact>& contacts, PairAnswer& r) {
@@ -275,7 +275,8 @@ void answer_apart(const BoxAxes& axes, const HalfSize& half_a, const Pose& pose_
     append_near_boxes(half_a, pose_a, half_b, pose_b, axes, margin, contacts, r);
     return;
   }
-  measure_axes(half_b.data(), &pose_b, half_a.data(), &pose_a, margin, &axes);  // the edges' are rounded by the order
+  // The rounding of the edges' separations depends on the order.
+  measure_axes(half_b.data(), &pose_b, half_a.data(), &pose_a, margin, &axes);
   append_near_boxes(half_b, pose_b, half_a, pose_a, axes, margin, contacts, r);
   swap_answer(r, &contacts, first);
 }
@@ -370,7 +371,7 @@ PairAnswer solve_halfspace_box(const Parameters& a, const Pose& pose_a, const Pa
   if (request == Request::contacts && contacts != nullptr && r.signed_distance <= margin) {
     const std::size_t first = contacts->size();
     append_halfspace_box(half, pose_b, r.normal, slope, height, margin, *contacts);
-    // Rounding may leave nothing of a corner that just touches.
+    // Rounding may remove the only corner of a patch that just touches.
     if (contacts->size() == first) append_single(r, margin, contacts);
   }
   return r;

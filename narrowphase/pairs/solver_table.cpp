@@ -1,3 +1,4 @@
+// The table of methods by kinds of shapes and request.
 #include "pairs/solver_table.h"
 
 #include <utility>
@@ -14,10 +15,10 @@ constexpr KindSet all_kinds = kinds_where([](const KindRow&) { return true; });
 constexpr KindSet bounded = kinds_where([](const KindRow& row) { return row.convex && row.bounded; });
 constexpr KindSet flat =
     kinds_where([](const KindRow& row) { return row.convex && row.bounded && row.core == CoreSurface::flat; });
-/// What Newton's method knows (shapes/round_body.h). A new kind is not among them and begins with gjk.
+/// The kinds for Newton's method (shapes/round_body.h). A new kind is not among them and begins with gjk.
 constexpr KindSet newtonian = kinds(cylinder, cone, ellipsoid);
 
-/// A direct solver and the same with A and B exchanged.
+/// A direct solver, and the same with A and B exchanged.
 struct DirectBothOrders {
   DirectSolver* forward = nullptr;
   DirectSolver* exchanged = nullptr;
@@ -35,7 +36,7 @@ PairAnswer solve_exchanged(const Parameters& a, const Pose& pose_a, const Parame
 template <DirectSolver solver>
 constexpr DirectBothOrders direct{solver, solve_exchanged<solver>};
 
-/// A method for the pairs of one kind of a set with one of another, in either order.
+/// The method for pairs of one kind of a set and one of another, in either order.
 struct Rule {
   KindSet a, b;
   Method method;
@@ -51,8 +52,8 @@ constexpr std::array<Exactness, 3> least_found = {Exactness::rounding, Exactness
 constexpr std::array<Exactness, 3> separating = {Exactness::rounding, Exactness::separating, Exactness::separating};
 constexpr std::array<Exactness, 3> exact_separating = {Exactness::exact, Exactness::separating, Exactness::separating};
 
-// Of the rules that hold for a pair the first one's method is taken; the others can be named. Where a rule has a direct
-// solver, the kind that ranks first (pair_order.h) stands first.
+// The first rule that matches a pair gives its method; the methods of other matching rules can be named by options.
+// Where a rule has a direct solver, the kind that ranks first (pair_order.h) comes first.
 constexpr std::array rules = std::to_array<Rule>({
     {kinds(mesh), kinds(mesh, triangle), Method::bvh, exact_separating},
     {kinds(mesh), kinds(halfspace), Method::bvh, to_rounding},
@@ -94,8 +95,8 @@ constexpr std::array rules = std::to_array<Rule>({
     {bounded, bounded, Method::mpr, every(Exactness::unknown)},
 });
 
-/// Whether the rule holds for the pair as it stands: rules with a direct solver for one kind of the two are written
-/// from that kind's side.
+/// True if the rule matches the pair in this order: rules with a direct solver for two different kinds are written in
+/// one order.
 constexpr bool holds(const Rule& rule, ShapeKind a, ShapeKind b) { return rule.a.has(a) && rule.b.has(b); }
 
 constexpr PairSolver compile(ShapeKind a, ShapeKind b) {
@@ -108,8 +109,8 @@ constexpr PairSolver compile(ShapeKind a, ShapeKind b) {
   throw "two kinds without a rule";
 }
 
-// Measured over 400 pairs of each two kinds, 80 a class; the error is three times the largest met, and no less than the
-// tolerance the solver ran with. Only rows that save a fifth of the time are kept: for verdicts none does. FCL has
+// Measured over 400 pairs of each two kinds, 80 a class; the error is three times the largest observed, and at least
+// the tolerance the solver ran with. Only rows that save a fifth of the time are kept: for verdicts none does. FCL has
 // none: on pairs that nearly touch its own assertions end the process.
 constexpr SolverRow measured(ShapeKind a, ShapeKind b, Request request, Method method, double tolerance,
                              double nanoseconds, double error) {
@@ -129,7 +130,7 @@ constexpr std::size_t cell(ShapeKind a, ShapeKind b, Request request) {
   return (lo * shape_kinds + hi) * requests + static_cast<std::size_t>(request);
 }
 
-/// Where each pair's measured rows begin; a pair without rows begins where its successor does.
+/// The index of each pair's first measured row; a pair without rows begins where its successor does.
 constexpr auto first_row = [] {
   std::array<std::uint16_t, shape_kinds * shape_kinds * requests + 1> first{};
   for (const SolverRow& row : measured_rows) ++first[cell(row.a, row.b, row.request) + 1];

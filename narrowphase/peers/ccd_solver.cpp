@@ -1,3 +1,4 @@
+// libccd as a solver of two convex shapes.
 #include <ccd/ccd.h>
 
 #include "peers/peer_solvers.h"
@@ -6,7 +7,7 @@
 namespace tandem {
 namespace {
 
-/// libccd asks for supports by void pointer; this is one shape, in A's frame.
+/// A shape in A's frame, as libccd's callbacks get it by void pointer.
 struct Posed {
   const ConvexView* shape;
   RelativePose pose;

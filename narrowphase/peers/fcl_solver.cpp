@@ -1,3 +1,4 @@
+// FCL as a solver of two convex shapes.
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 
@@ -11,7 +12,7 @@
 namespace tandem {
 namespace {
 
-/// FCL's own shape; null where it has none. Built anew for each query: FCL is here to be compared and to fall back on.
+/// FCL's shape for ours; null if it has none. Built anew for each query: FCL is used for comparison and as a fallback.
 std::unique_ptr<fcl::CollisionGeometryd> geometry(const ConvexView& v) {
   switch (v.kind) {
     case ShapeKind::sphere:
@@ -92,7 +93,7 @@ std::optional<LocalAnswer> fcl_signed_distance(const ConvexView& a, const Convex
         result.min_distance >= 0 ? Vec3(answer.point_b - answer.point_a) : Vec3(answer.point_a - answer.point_b);
     const double length = between.norm();
     if (!std::isfinite(result.min_distance) || !between.allFinite()) return std::nullopt;
-    // FCL gives no normal here; where the points coincide the centres' direction has to do.
+    // FCL gives no normal here; where the points coincide the centres' direction is used.
     if (length > 0)
       answer.normal = between / length;
     else if (pose.translation.squaredNorm() > 0)

@@ -1,4 +1,5 @@
-// Stands for FCL and libccd where the library is built without them: their names are refused, so nobody asks.
+// Replaces FCL and libccd where the library is built without them: their names are refused, so these functions are not
+// called.
 #include "peers/peer_solvers.h"
 
 namespace tandem {

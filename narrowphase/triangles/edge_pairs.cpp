@@ -1,3 +1,4 @@
+// The nearest points of the edges of two triangles (vector kernel).
 #include "triangles/edge_pairs.h"
 
 #include <cstddef>
@@ -16,7 +17,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// An edge of B a lane. Sums in the same order on every machine, never fused: the same bits.
+// An edge of B a lane. Sums are in the same order on every machine, never fused: the same bits.
 using EdgeLanes = hn::CappedTag<double, 4>;
 using EdgeLane = hn::Vec<EdgeLanes>;
 
@@ -24,7 +25,7 @@ HWY_INLINE EdgeLane spread(double x) { return hn::Set(EdgeLanes(), x); }
 HWY_INLINE EdgeLane scalar_product(const EdgeLane* u, const EdgeLane* v) {
   return hn::Add(hn::Mul(u[0], v[0]), hn::Add(hn::Mul(u[1], v[1]), hn::Mul(u[2], v[2])));
 }
-/// Where on an edge a quotient lies; its start where the edge has no length.
+/// A quotient as a parameter on an edge, clamped to it; the start for an edge without length.
 HWY_INLINE EdgeLane share(EdgeLane over, EdgeLane under) {
   const EdgeLane zero = hn::Zero(EdgeLanes()), one = spread(1);
   const auto some = hn::Gt(under, zero);

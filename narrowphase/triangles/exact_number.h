@@ -1,3 +1,4 @@
+// Exact integers and dyadic numbers, for the predicates.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -11,20 +12,20 @@ namespace tandem {
 
 __extension__ using Uint128 = unsigned __int128;
 
-/// An integer of 64 * Limbs bits, two's complement. A product has the limbs of both factors and is always exact; sums
-/// and differences are exact as long as they fit.
+/// An integer of 64 * Limbs bits, in two's complement. A product has the limbs of both factors and is always exact;
+/// sums and differences are exact if they fit.
 template <std::size_t Limbs>
 class WideInt {
  public:
   WideInt() = default;
-  /// Adds magnitude * 2^shift, or takes it away; the sum must fit.
+  /// Adds or subtracts magnitude * 2^shift; the sum must fit.
   void add(Uint128 magnitude, unsigned shift, bool negative) {
     const std::size_t first = shift / 64;
     const unsigned bits = shift % 64;
     const auto low = static_cast<std::uint64_t>(magnitude), high = static_cast<std::uint64_t>(magnitude >> 64);
     const std::array<std::uint64_t, 3> part{low << bits, bits ? high << bits | low >> (64 - bits) : high,
                                             bits ? high >> (64 - bits) : 0};
-    // -x is ~x + 1, and the complement goes on to the left.
+    // -x is ~x + 1, and the complement extends to the left.
     const std::uint64_t flip = negative ? ~std::uint64_t{0} : 0;
     std::uint64_t carry = negative;
     for (std::size_t i = first; i < Limbs; ++i) {
@@ -69,7 +70,7 @@ class WideInt {
       }
       r.limb(i + More) = carry;
     }
-    // Read as unsigned, a negative factor is 2^bits too large.
+    // Read as unsigned, a negative factor is too large by 2^bits.
     if (x.limb_[Limbs - 1] >> 63) r.subtract(y, Limbs);
     if (y.limb(More - 1) >> 63) r.subtract(x, More);
     return r;
@@ -94,7 +95,7 @@ class WideInt {
   std::array<std::uint64_t, Limbs> limb_{};
 };
 
-/// A whole number of any length.
+/// An integer of any length.
 class UnboundedInt {
  public:
   UnboundedInt() = default;
@@ -119,7 +120,7 @@ class UnboundedInt {
   Value value_ = 0;
 };
 
-/// A double as it is: mantissa * 2^exponent with an odd mantissa, or 0.
+/// A double, exactly: mantissa * 2^exponent with an odd mantissa, or 0.
 struct Dyadic {
   std::uint64_t mantissa = 0;
   int exponent = 0;
@@ -136,7 +137,7 @@ struct Dyadic {
     exponent = std::max(field, 1) - 1075 + zeros;
     negative = bits >> 63;
   }
-  /// One more than the exponent of the leading bit.
+  /// The exponent of the leading bit, plus one.
   int top() const { return exponent + static_cast<int>(std::bit_width(mantissa)); }
 };
 

@@ -1,3 +1,4 @@
+// Exact tests of intersecting triangles: signs by filtered doubles, then by integers.
 #include "triangles/predicates.h"
 
 #include <algorithm>
@@ -17,7 +18,7 @@ using Signs = std::array<int, 3>;
 
 constexpr std::size_t next_corner(std::size_t k) { return k == 2 ? 0 : k + 1; }
 bool all_on_one_side(const Signs& s) { return s[0] != 0 && s[0] == s[1] && s[1] == s[2]; }
-// A line crosses a triangle whose edges it passes all on one side, or touches.
+// True if no two signs oppose: a line that passes all edges of a triangle on one side, or touches, crosses it.
 bool no_two_sides(const Signs& s) {
   return (s[0] >= 0 && s[1] >= 0 && s[2] >= 0) || (s[0] <= 0 && s[1] <= 0 && s[2] <= 0);
 }
@@ -62,7 +63,7 @@ int orient(const Point<N>& a, const Point<N>& b, const Point<N>& c, const Point<
   return dot_sign(cross(b - d, c - d), a - d);
 }
 
-// The orientation of three points in the plane that is left without coordinate `drop`.
+// The orientation of three points projected onto the plane without coordinate `drop`.
 template <class N>
 int orient2(const Point<N>& a, const Point<N>& b, const Point<N>& c, std::size_t drop) {
   return minor(b - a, c - a, drop).sign();
@@ -74,7 +75,7 @@ bool intervals_meet(const N& p, const N& q, const N& r, const N& s) {
   return ((rs ? s : r) - (pq ? p : q)).sign() >= 0 && ((pq ? q : p) - (rs ? r : s)).sign() >= 0;
 }
 
-// Closed segments in a plane that projects one to one along `drop`. Either may be a point.
+// True if closed segments intersect, in a plane that projects one to one along `drop`. Either may be a point.
 template <class N>
 bool segments_meet2(const Point<N>& p, const Point<N>& q, const Point<N>& r, const Point<N>& s, std::size_t drop) {
   const int o1 = orient2(p, q, r, drop), o2 = orient2(p, q, s, drop);
@@ -103,17 +104,18 @@ class ExactTriangle {
  public:
   std::array<Point<N>, 3> p;
 
-  std::size_t drop() {  // an axis along which its plane projects one to one; no_axis: no area
+  std::size_t drop() {  // an axis along which the triangle's plane projects one to one; no_axis: no area
     if (!normal_) normal_ = cross(p[1] - p[0], p[2] - p[0]), drop_ = axis_of(*normal_);
     return drop_;
   }
   int side(const Point<N>& q) { return drop() == no_axis ? 0 : dot_sign(*normal_, q - p[0]); }
   Signs sides(const ExactTriangle& other) { return {side(other.p[0]), side(other.p[1]), side(other.p[2])}; }
-  // In its plane: which side of the line from q to r is s on, seen from where the corners go counterclockwise?
+  // In the triangle's plane: the side of the line from q to r on which s lies, as seen from where the corners are
+  // counterclockwise.
   int turn(const Point<N>& q, const Point<N>& r, const Point<N>& s) {
     return orient2(q, r, s, drop()) * (*normal_)[drop()].sign();
   }
-  // Segment q r, whose ends lie on sides sq and sr of the plane.
+  // True if segment q r intersects; its ends lie on sides sq and sr of the plane.
   bool meets(const Point<N>& q, const Point<N>& r, int sq, int sr) {
     if (drop() == no_axis) {
       for (std::size_t k = 0; k < 3; ++k)
@@ -144,8 +146,8 @@ template <class N>
 struct ExactPair {
   ExactTriangle<N> a, b;
 
-  // Two closed triangles meet if and only if an edge of one meets the other: an extreme point of what they share lies
-  // on the border of one of them.
+  // Two closed triangles intersect if and only if an edge of one intersects the other: an extreme point of the
+  // intersection lies on the border of one of them.
   bool meet() {
     const Signs side_a = b.sides(a);
     if (all_on_one_side(side_a)) return false;
@@ -176,7 +178,7 @@ using AnyExactPair =
 
 }  // namespace
 
-// Puts triangles into the world as integers, in a unit that fits both.
+// Transforms triangles to the world in integers, in a unit that fits both.
 class ExactPlaces {
  public:
   ExactPlaces(const Pose& pose_a, const Pose& pose_b) : pose_{DyadicPose(pose_a), DyadicPose(pose_b)} {}
@@ -196,7 +198,7 @@ class ExactPlaces {
         high = std::max(high, column.high + coordinate.high);
       }
     }
-    // A coordinate is a sum of four terms; a determinant of differences then leaves the top bits free.
+    // A coordinate is a sum of four terms; a determinant of differences then leaves the top bits unused.
     const int bits = high < low ? 0 : high - low + 2;
     if (bits <= 2 * 64 - 4) return pair<WideInt<2>>(corners, low);
     if (bits <= 4 * 64 - 4) return pair<WideInt<4>>(corners, low);
@@ -253,13 +255,13 @@ namespace {
 
 int certain_sign(double x, double bound) { return x > bound ? 1 : x < -bound ? -1 : 0; }
 
-// A difference of points, and how far each of its coordinates may be off beyond its own rounding.
+// A difference of points, and a bound on each coordinate's error beyond its own rounding.
 struct Difference {
   Vec3 v;
   double off;
 };
 
-// Cross product of differences, its error, and the sum of the products' sizes.
+// A cross product of differences, its error, and the sum of the absolute products.
 struct Area {
   Vec3 n, size;
   double off;
@@ -273,7 +275,7 @@ struct Area {
     return tolerance::permanent_rounding * size[k] + off + std::numeric_limits<double>::min();
   }
   int sign(Eigen::Index k) const { return certain_sign(n[k], error(k)); }
-  /// Of the product with w.
+  /// The sign of the product with w.
   int sign(const Difference& w) const {
     const double reach = w.v.lpNorm<1>() + 3 * w.off;
     return certain_sign(n.dot(w.v), tolerance::permanent_rounding * size.dot(w.v.cwiseAbs()) +
@@ -281,8 +283,8 @@ struct Area {
   }
 };
 
-// Two triangles with the signs of their determinants: from doubles where they are certain, else from integers.
-// Corners 0 to 2 are A's, 3 to 5 B's.
+// Two triangles with the signs of their determinants: from doubles where these are certain, else from integers. Corners
+// 0 to 2 are A's, 3 to 5 B's.
 class PairSigns {
  public:
   PairSigns(TriangleTest& test, const Corners& a, const Corners& b, const Corners& c)
@@ -325,7 +327,8 @@ class PairSigns {
   Difference difference(std::size_t i, std::size_t j) const {  // from corner i to corner j
     if (i < 3 && j < 3) return {a_[j] - a_[i], 0};
     if (i >= 3 && j >= 3) {
-      // Not the difference of the places in A's frame: their errors would be those of B's distance, not of its size.
+      // Not the difference of the transformed corners: their errors would be proportional to B's distance, not to its
+      // size.
       const Vec3 d = b_[j - 3] - b_[i - 3];
       return {test_.map() * d, 64 * epsilon * d.lpNorm<1>()};
     }
@@ -333,7 +336,7 @@ class PairSigns {
   }
   Area normal(std::size_t t) const { return Area(difference(3 * t, 3 * t + 1), difference(3 * t, 3 * t + 2)); }
 
-  // Does an edge's normal in its triangle's plane tell them apart? That needs no certainty of being coplanar.
+  // True if an edge's normal in its triangle's plane separates them. That does not require certainty of being coplanar.
   bool apart() const {
     const double span = (c_[0] - a_[0]).lpNorm<1>() + area_extent();
     for (std::size_t t = 0; t < 2; ++t)
@@ -359,7 +362,7 @@ class PairSigns {
   }
 
   bool same(std::size_t i, std::size_t j) {
-    if (test_.delta() == 0) return true;  // one frame: the places are exact
+    if (test_.delta() == 0) return true;  // both in one frame: the positions are exact
     return exactly([&](auto& x) { return axis_of(x.a.p[i] - x.b.p[j]) == no_axis; }) != 0;
   }
   bool has_area(std::size_t t) {
@@ -367,12 +370,12 @@ class PairSigns {
       if (area_[t].sign(k) != 0) return true;
     return exactly([&](auto& x) { return (t == 0 ? x.a : x.b).drop() != no_axis; }) != 0;
   }
-  // Side of triangle t's plane that corner k of the other is on.
+  // The side of triangle t's plane on which corner k of the other lies.
   int plane_side(std::size_t t, std::size_t k) {
     if (const int s = area_[t].sign(difference(3 * t, 3 * (1 - t) + k))) return s;
     return exactly([&](auto& x) { return t == 0 ? x.a.side(x.b.p[k]) : x.b.side(x.a.p[k]); });
   }
-  // How the line of A's edge i passes that of B's edge j.
+  // The orientation of the line of A's edge i relative to that of B's edge j.
   int edges(std::size_t i, std::size_t j) {
     const Difference e = difference(i, next_corner(i)), f = difference(3 + j, 3 + next_corner(j));
     if (const int s = Area(f, e).sign(difference(i, 3 + j))) return s;
@@ -381,7 +384,7 @@ class PairSigns {
       return dot_sign(cross(x.b.p[next_corner(j)] - q, x.a.p[next_corner(i)] - p), q - p);
     });
   }
-  // For corners in the plane of triangle t: which side of the line from i to j is k on?
+  // For corners in the plane of triangle t: the side of the line from i to j on which k lies.
   int turn(std::size_t t, std::size_t i, std::size_t j, std::size_t k) {
     Eigen::Index axis;
     area_[t].n.cwiseAbs().maxCoeff(&axis);
@@ -391,7 +394,7 @@ class PairSigns {
       return (t == 0 ? x.a : x.b).turn(point(i), point(j), point(k));
     });
   }
-  // Is edge k of triangle s, which lies in the plane of t, off t?
+  // True if edge k of triangle s, which lies in the plane of t, does not intersect t.
   bool beside(std::size_t t, std::size_t s, std::size_t k) {
     const std::size_t q = 3 * s + k, r = 3 * s + next_corner(k);
     for (std::size_t m = 0; m < 3; ++m) {
@@ -417,7 +420,7 @@ class PairSigns {
 
 double det(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& d) { return (a - d).dot((b - d).cross(c - d)); }
 
-// Brings the corner that is alone on its side to the front, keeping the sense.
+// Rotates the corner that is alone on its side to the front.
 Corners alone_first(const Corners& t, const Signs& s) {
   const std::size_t k = s[1] == s[2] ? 0 : s[0] == s[2] ? 1 : 2;
   return {t[k], t[next_corner(k)], t[next_corner(next_corner(k))]};
@@ -427,7 +430,7 @@ Corners alone_first(const Corners& t, const Signs& s) {
 
 TriangleTest::TriangleTest(const Pose& pose_a, const Pose& pose_b, double reach_b) {
   if (pose_a.rotation == pose_b.rotation && pose_a.translation == pose_b.translation) {
-    // What meets in one frame meets in the world.
+    // Both have the same pose: the triangles intersect in their frame if and only if they do in the world.
     map_ = Mat3::Identity();
     shift_ = Vec3::Zero();
     delta_ = 0;
@@ -435,8 +438,8 @@ TriangleTest::TriangleTest(const Pose& pose_a, const Pose& pose_b, double reach_
   }
   pose_a_ = pose_a;
   pose_b_ = pose_b;
-  // The true inverse: a rotation may be off from orthonormal by 1e-6. Signs of volumes are those of the world, as its
-  // determinant is positive.
+  // The true inverse, since a rotation may be off from orthonormal by 1e-6. Signs of volumes are those of the world, as
+  // its determinant is positive.
   const Mat3 inverse = pose_a.rotation.inverse();
   const Vec3 between = pose_b.translation - pose_a.translation;
   map_ = inverse * pose_b.rotation;
@@ -477,7 +480,7 @@ bool TriangleTest::operator()(const Corners& a, const Corners& b, const Corners&
   if (side_a[0] * side_a[1] * side_a[2] == 0 || side_b[0] * side_b[1] * side_b[2] == 0) return slowly();
 
   Corners p = alone_first(a, side_a), q = alone_first(c, side_b);
-  // Each alone corner on the positive side of the other's plane.
+  // Makes each corner that is alone lie on the positive side of the other's plane.
   if (side_a[0] * side_a[1] * side_a[2] < 0) std::swap(q[1], q[2]);
   if (side_b[0] * side_b[1] * side_b[2] < 0) std::swap(p[1], p[2]);
   const int first = certain_sign(det(p[0], p[1], q[0], q[1]), bound);

@@ -1,3 +1,4 @@
+// Collision verdicts of triangles and boxes by separating axes.
 #include "triangles/triangle_axes.h"
 
 #include <algorithm>
@@ -10,11 +11,11 @@
 namespace tandem {
 namespace {
 
-/// Separations along axes of any length are products of up to three lengths: what their terms may lose, relative to
-/// those. A dozen times what was ever seen.
+/// Error bound of separations along axes of any length, which are products of up to three lengths, relative to those. A
+/// dozen times the largest observed.
 constexpr double rounding = 64 * epsilon;
 
-/// B's corners in A's frame and the largest number that took part.
+/// Transforms B's corners into A's frame; returns the largest number involved.
 double place(std::span<const Vec3, 3> b, const Pose& pose_a, const Pose& pose_b, Vec3* out) {
   const RelativePose pose = relative(pose_a, pose_b);
   double reach = 0;
@@ -26,7 +27,7 @@ double place(std::span<const Vec3, 3> b, const Pose& pose_a, const Pose& pose_b,
   return 2 * reach + pose.translation.cwiseAbs().maxCoeff();
 }
 
-/// The gap between [a0, a1] and [b0, b1], whose ends come in any order; negative: they overlap.
+/// The gap between [a0, a1] and [b0, b1], whose ends are in any order; negative: they overlap.
 double gap(double a0, double a1, double b0, double b1) {
   return std::max(std::min(b0, b1) - std::max(a0, a1), std::min(a0, a1) - std::max(b0, b1));
 }
@@ -37,7 +38,7 @@ std::optional<bool> triangles_collide(std::span<const Vec3, 3> a, const Pose& po
                                       const Pose& pose_b) {
   Vec3 q[3];
   const double reach = place(b, pose_a, pose_b, q) + a[0].cwiseAbs().maxCoeff();
-  // About A's first corner: p[0] is the origin.
+  // Relative to A's first corner: p[0] is the origin.
   const Vec3 p[3] = {Vec3::Zero(), a[1] - a[0], a[2] - a[0]};
   for (Vec3& corner : q) corner -= a[0];
   const Vec3 lo = q[0].cwiseMin(q[1]).cwiseMin(q[2]).cwiseMin(p[1].cwiseMin(p[2]).cwiseMin(0.0));
@@ -47,7 +48,7 @@ std::optional<bool> triangles_collide(std::span<const Vec3, 3> a, const Pose& po
 
   const Vec3 e[3] = {p[1], p[2] - p[1], -p[2]}, f[3] = {q[1] - q[0], q[2] - q[1], q[0] - q[2]};
   const Vec3 normal_a = e[0].cross(e[1]), normal_b = f[0].cross(f[1]);
-  // Corners of each over the other's plane.
+  // The corners of each relative to the other's plane.
   const double q0 = normal_a.dot(q[0]), q1 = normal_a.dot(q[1]), q2 = normal_a.dot(q[2]);
   const double over_a = std::max(std::min({q0, q1, q2}), -std::max({q0, q1, q2}));
   if (over_a > doubt) return false;
@@ -55,8 +56,8 @@ std::optional<bool> triangles_collide(std::span<const Vec3, 3> a, const Pose& po
   const double over_b = std::max(std::min({p0, p1, p2}), -std::max({p0, p1, p2}));
   if (over_b > doubt) return false;
 
-  // Along e_i x f_j each edge is one number, and its triangle's third corner lies f_j . normal_a and e_i . normal_b
-  // beside it.
+  // Along e_i x f_j each edge projects to one number; its triangle's third corner differs by f_j . normal_a or e_i .
+  // normal_b.
   Vec3 moment_a[3], moment_b[3];
   double beside_a[3], beside_b[3];
   for (int i = 0; i < 3; ++i) {
@@ -96,8 +97,8 @@ std::optional<bool> box_triangle_collide(const std::array<double, 4>& half, cons
   const double plane_doubt = reach * longest * longest;
   if (plane > plane_doubt) return false;
 
-  // Along the products of the box's axes with an edge: the edge is one number each, the third corner lies the normal's
-  // coordinates beside it.
+  // Along the cross product of a box's axis and an edge, the edge projects to one number; the third corner differs by
+  // the normal's coordinate.
   Array most = Array::Constant(-std::numeric_limits<double>::infinity());
   for (int j = 0; j < 3; ++j) {
     const Array at = f[j].cross(q[j]), other = at + normal.array();

@@ -1,3 +1,4 @@
+// The signed distance of a triangle and a box or triangle, by separating axes and nearest edges.
 #include "triangles/triangle_distance.h"
 
 #include <bit>
@@ -9,13 +10,13 @@
 namespace tandem {
 namespace {
 
-/// Up to four corners in turn: a point, an edge or a face.
+/// Up to four corners in order: a point, an edge or a face.
 struct CornerLoop {
   Vec3 corner[4];
   int count = 0;
 };
 
-/// A triangle as A sees it.
+/// A triangle in A's frame.
 struct TriangleSides {
   Vec3 corner[3];
   Vec3 edge[3];  ///< from its corner to the next
@@ -24,7 +25,7 @@ struct TriangleSides {
   double area2;
   TriangleParts rows;
 
-  /// False where it has next to no area.
+  /// False if the area is almost zero.
   bool measure(std::span<const Vec3> v) {
     if (v.size() != 3) return false;
     for (int i = 0; i < 3; ++i) {
@@ -57,8 +58,8 @@ struct TriangleSides {
     normal = pose.rotation * normal;
   }
 
-  /// The other corners from the first and the edges, which are turned themselves: a thin triangle would show what
-  /// turned corners are rounded by.
+  /// Computes the other corners from the first and the rotated edges: the rounding of rotated corners would matter for
+  /// a thin triangle.
   void place(const Vec3& first) {
     corner[0] = first;
     corner[1] = first + edge[0];
@@ -78,7 +79,7 @@ struct TriangleSides {
     return corner[z > std::max(x, y) ? 2 : k];
   }
 
-  /// Does the point lie over its face?
+  /// True if the point lies over its face.
   bool below(const Vec3& p, const Vec3& /*normal*/) const {
     double least = infinity;
     for (int i = 0; i < 3; ++i) least = std::min(least, normal.cross(edge[i]).dot(p - corner[i]));
@@ -106,7 +107,7 @@ struct BoxSides {
     return {std::copysign(half[0], n[0]), std::copysign(half[1], n[1]), std::copysign(half[2], n[2])};
   }
 
-  /// Does the point lie over the face with the normal n?
+  /// True if the point lies over the face with the normal n.
   bool below(const Vec3& p, const Vec3& n) const {
     const Vec3 over = p.cwiseAbs() - half;
     bool yes = true;
@@ -144,18 +145,18 @@ struct BoxSides {
   }
 };
 
-/// The direction from A to B along which they are farthest apart, and what it is square to.
+/// The direction of largest separation from A to B, and the features it is perpendicular to.
 struct TriangleAxis {
   double distance;
   Vec3 normal;
   enum class Of : std::uint8_t { face_of_a, face_of_b, edges } of;
-  int i = 0, j = 0;             ///< of edges: which of A and of B
-  double doubtful = -infinity;  ///< axes that are not exact may separate as much
+  int i = 0, j = 0;             ///< for edges: the edge of A and that of B
+  double doubtful = -infinity;  ///< upper bound on the separation along axes that are inexact
 };
 
-/// A point of `points` that lies over `face` (3 corners or more), seen along n.
+/// Finds a point of `points` that lies over `face` (3 corners or more), seen along n.
 bool over(const CornerLoop& points, const CornerLoop& face, const Vec3& n, double slack, Vec3& point) {
-  // One smaller than the slack may stand on edge: it bounds nothing then.
+  // A face smaller than the slack may be seen edge-on: it bounds nothing then.
   const Vec3 own = (face.corner[1] - face.corner[0]).cross(face.corner[2] - face.corner[1]);
   if (!(std::abs(own.dot(n)) > 0.5 * own.norm())) return false;
   Vec3 side[4];
@@ -189,7 +190,7 @@ bool over(const CornerLoop& points, const CornerLoop& face, const Vec3& n, doubl
   return false;
 }
 
-/// Where two edges pass each other, one shifted by `between`.
+/// The points where two edges pass each other, one shifted by `between`.
 bool crossing(const CornerLoop& p, const CornerLoop& q, const Vec3& n, const Vec3& between, double slack, Vec3& point) {
   const Vec3 e = p.corner[1] - p.corner[0], f = q.corner[1] - q.corner[0], w = q.corner[0] - p.corner[0];
   const Vec3 across_e = n.cross(e), across_f = n.cross(f);
@@ -197,12 +198,12 @@ bool crossing(const CornerLoop& p, const CornerLoop& q, const Vec3& n, const Vec
   const double s = w.dot(across_f) * by_det, t = w.dot(across_e) * by_det;
   const double at_p = std::clamp(s, 0.0, 1.0), at_q = std::clamp(t, 0.0, 1.0);
   point = p.corner[0] + at_p * e;
-  // On nearly parallel edges, rounding moves the place far along both: together or not at all.
+  // On nearly parallel edges rounding moves the points far along both: together, or the result is invalid.
   const Vec3 off = w + at_q * f - at_p * e - between;
   return off.squaredNorm() <= slack * slack;
 }
 
-/// Points that lie opposite each other along the axis, on what of either is deepest.
+/// Points opposite each other along the axis, on the deepest features of either.
 template <class A>
 bool witness(const A& a, const TriangleSides& b, const TriangleAxis& axis, double slack, LocalAnswer& answer) {
   const Vec3 &n = axis.normal, between = axis.distance * n;
@@ -229,14 +230,14 @@ bool witness(const A& a, const TriangleSides& b, const TriangleAxis& axis, doubl
     case TriangleAxis::Of::edges:
       if (crossing(a.side(axis.i, n), b.side(axis.j, n), n, between, slack, point)) return from_a(point);
   }
-  // Others may be as deep: edges or faces that lie in each other's plane.
+  // Other corners may be as deep: edges or faces that lie in each other's plane.
   const CornerLoop p = a.deepest(n, slack), q = b.deepest(-n, slack);
   if (p.count >= 3 && over(q, p, n, slack, point)) return from_b(point);
   if (q.count >= 3 && over(p, q, n, slack, point)) return from_a(point);
   return p.count == 2 && q.count == 2 && crossing(p, q, n, between, slack, point) && from_a(point);
 }
 
-/// Which of the entries, the first if they are several, is `value`; the fourth of each row does not count.
+/// The index of the entry equal to `value`, the first if there are several; the fourth of each row does not count.
 template <std::size_t n>
 int index_of(double value, const double* rows) {
   unsigned bits = 0;
@@ -252,19 +253,19 @@ double least_of(const double (&x)[3][4]) {
                    std::min({x[2][0], x[2][1], x[2][2]})});
 }
 
-/// The vector from A to B between the nearest of their corners and edges, and where on A it begins.
+/// The vector from A to B between the nearest of their corners and edges, and its start on A.
 struct FromEdge {
   Vec3 from, d;
 };
 
-/// p - (q + t e) where that is shortest on the edge.
+/// p - (q + t e) for the t on the edge where that is shortest.
 Vec3 offset_from_edge(const Vec3& p, const Vec3& q, const Vec3& e, double length2) {
   const Vec3 w = p - q;
   const double t = w.dot(e) / length2;
   if (!(t > 0)) return w;
   if (t >= 1) return w - e;
   const Vec3 d = w - t * e;
-  return d - (d.dot(e) / length2) * e;  // square, whatever is left of so small a difference
+  return d - (d.dot(e) / length2) * e;  // removes what rounding left along the edge
 }
 
 FromEdge nearest_edges(const TriangleSides& a, const TriangleSides& b) {
@@ -292,7 +293,7 @@ FromEdge nearest_edges(const BoxSides& a, const TriangleSides& b) {
   return {from, d};
 }
 
-/// How far what two shapes cover of a line lies apart, and whether B lies farther along it (1) or A (-1).
+/// The gap between the projections of two shapes on a line, and whether B lies farther along it (1) or A (-1).
 struct Apart {
   double distance, sign;
   Apart(double lo_a, double hi_a, double lo_b, double hi_b)
@@ -304,7 +305,7 @@ Apart apart_along(const A& a, const TriangleSides& b, const Vec3& n) {
   return {-a.reach(-n), a.reach(n), -b.reach(-n), b.reach(n)};
 }
 
-/// The products of edges, of which the kernel has told the separations. `reach`: of the shapes from the origin.
+/// The best of the edge axes, whose separations the kernel has computed. `reach`: of the shapes from the origin.
 template <class A, class Product>
 void take_products(const A& a, const TriangleSides& b, const EdgeProducts& products, double reach, TriangleAxis& axis,
                    const Product& product) {
@@ -317,7 +318,7 @@ void take_products(const A& a, const TriangleSides& b, const EdgeProducts& produ
     const double distance = apart_along(a, b, n / std::sqrt(length2)).distance;
     axis.doubtful = std::max(axis.doubtful, distance + 16 * epsilon * reach * std::sqrt(e2f2 / length2));
   }
-  // An edges' axis that is a face's too must not win by its rounding.
+  // An edge axis that coincides with a face normal must not win by its rounding.
   const double most = most_of(products.separation);
   if (!(most > axis.distance + 4 * epsilon * reach)) return;
   const int k = index_of<12>(most, products.separation[0]);
@@ -387,7 +388,7 @@ template <class A>
 bool solve(const A& a, const TriangleSides& b, const MinkowskiDifference& d, double beyond, LocalAnswer& answer) {
   const double size = d.a.size + d.b.size;
   const double reach = size + b.corner[0].norm();
-  if (!(reach < 1e60)) return false;  // squares are lost
+  if (!(reach < 1e60)) return false;  // squares overflow
   const TriangleAxis axis = best_axis(a, b, reach, beyond);
   answer.signed_distance = axis.distance;
   answer.normal = axis.normal;
@@ -420,7 +421,7 @@ std::optional<LocalAnswer> triangle_distance(const MinkowskiDifference& d, doubl
   }
   TriangleSides a;
   if (!a.measure(d.a.vertices)) return std::nullopt;
-  // About A's first corner: nothing is lost however far its origin lies.
+  // Relative to A's first corner: nothing is lost however far its origin lies.
   const Vec3 origin = a.corner[0];
   a.place(Vec3::Zero());
   b.place(b.corner[0] - origin);

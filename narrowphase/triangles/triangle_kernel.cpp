@@ -1,3 +1,4 @@
+// Separations along the edge axes of triangles and boxes, and distances of their edges (vector kernels).
 #include "triangles/triangle_kernel.h"
 
 #include <cstddef>
@@ -17,7 +18,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// An edge of B a lane. Sums in the same order on every machine, never fused: the same bits.
+// An edge of B a lane. Sums are in the same order on every machine, never fused: the same bits.
 using Columns = hn::CappedTag<double, 4>;
 using W = hn::Vec<Columns>;
 
@@ -34,8 +35,8 @@ struct Three {
   }
 };
 
-/// One row: the products' squared lengths, and how far apart along them, times their length, B beyond A or A beyond B.
-/// Returns the bits of those that are doubtful.
+/// One row: the squared lengths of the cross products, and the separations along them times their length, of B beyond A
+/// or A beyond B. Returns the bits of the doubtful ones.
 HWY_INLINE unsigned put_separations(W squared, W by_parallel, W there, W back, std::size_t j, double* row) {
   const Columns d;
   const auto clear = hn::Gt(squared, hn::Mul(number_of(tolerance::clearly_crossing_edges2), by_parallel));
@@ -54,7 +55,8 @@ void triangle_products(const TriangleParts& a, const TriangleParts& b, EdgeProdu
   for (std::size_t j = 0; j < 4; j += hn::Lanes(d)) {
     const Three f(b.edge, j), q(b.corner, j);
     const W f2 = hn::Load(d, b.length2 + j);
-    // Seen along a product, A's third corner lies beside its edge by minus its area's product with B's edge.
+    // Along a cross product, A's third corner differs from its edge by minus the product of its area vector with B's
+    // edge.
     const W beside_a =
         hn::Neg(product_sum(f.x[0], number_of(a.area[0]), f.x[1], number_of(a.area[1]), f.x[2], number_of(a.area[2])));
     const W low_a = hn::Min(beside_a, zero), high_a = hn::Max(beside_a, zero);
@@ -132,8 +134,9 @@ void edge_offsets(const double (&half)[3], const TriangleParts& b, EdgeOffsets& 
   const W zero = hn::Zero(d), one = number_of(1);
   for (std::size_t j = 0; j < 4; j += hn::Lanes(d)) {
     const Three f(b.edge, j), q(b.corner, j);
-    // The squared distance is convex in t; its slope rises and is linear between where the edge passes a plane of the
-    // box: between the last of these that it falls at and the first that it rises at lies the least.
+    // The squared distance is convex in t; its slope is increasing, and linear between the parameters where the edge
+    // passes a plane of the box: the minimum lies between the last of these with a negative slope and the first with a
+    // positive one.
     W lo = zero, hi = one, slope_lo, slope_hi;
     const auto over = [&](W t, std::size_t k) HWY_ATTR {
       const W p = hn::Add(q.x[k], hn::Mul(t, f.x[k])), h = number_of(half[k]);
@@ -146,7 +149,7 @@ void edge_offsets(const double (&half)[3], const TriangleParts& b, EdgeOffsets& 
     for (std::size_t k = 0; k < 3; ++k)
       for (const double side : {half[k], -half[k]}) {
         const W to = hn::Sub(number_of(side), q.x[k]);
-        // Along the plane it never passes it.
+        // An edge parallel to the plane never passes it.
         const W t =
             hn::IfThenElse(hn::Eq(f.x[k], zero), zero, hn::Div(to, hn::IfThenElse(hn::Eq(f.x[k], zero), one, f.x[k])));
         const W s = slope(t);

@@ -1,4 +1,5 @@
-// Triangles, a pair of them a lane. Included by kernels once a target, within its namespace: no guard.
+// Loading triangles, a pair of them a lane. Included by kernels once for each target, within its namespace: no include
+// guard.
 #include "lanes/lane_vectors-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -20,7 +21,7 @@ HWY_INLINE void area_vector(const V (&t)[3][3], V* out) {
   cross(u, v, out);
 }
 
-/// Both in A's frame. `pose`: of B there, as TriangleTest's.
+/// Loads both in A's frame. `pose`: of B in A's frame, as in TriangleTest.
 HWY_INLINE void load_triangles(const TriangleRows& pairs, std::size_t at, const double* pose, V (&a)[3][3],
                                V (&b)[3][3]) {
   V frame[12];

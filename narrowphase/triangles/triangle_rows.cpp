@@ -1,3 +1,4 @@
+// Triangles in lanes: intersection tests, crossing segments, farthest points (vector kernels).
 #include "triangles/triangle_rows.h"
 
 #include <limits>
@@ -24,7 +25,7 @@ static_assert(TriangleRows::most % hn::MaxLanes(D()) == 0 && CrossingRows::most 
 HWY_INLINE M negative(V x) { return hn::Lt(x, hn::Zero(D())); }
 HWY_INLINE M differ_in_sign(V x, V y) { return hn::Xor(negative(x), negative(y)); }
 
-// How the corners of `other` lie to the plane of t: the sign of a volume.
+// The sides of t's plane on which the corners of `other` lie: signs of volumes.
 HWY_INLINE void sides(const V (&t)[3][3], const V (&other)[3][3], V* side) {
   V n[3];
   area_vector(t, n);
@@ -44,8 +45,8 @@ HWY_INLINE V det(const V* a, const V* b, const V* c, const V* d) {
   return dot(u, n);
 }
 
-// The corner that is alone on its side comes first, the others follow in the sense in which the other triangle's, which
-// lie to `others` of this one's plane, has its own on the positive side.
+// Puts the corner that is alone on its side first; the others follow in the orientation that has the other triangle's
+// alone corner on the positive side, where `others` are that triangle's sides of this plane.
 HWY_INLINE void put_alone_first(const V (&t)[3][3], const V* side, const V* others, V (&out)[3][3]) {
   const M not_first = differ_in_sign(side[1], side[2]), third = differ_in_sign(side[0], side[2]);
   const M swapped = hn::Xor(differ_in_sign(others[0], others[1]), negative(others[2]));
@@ -60,7 +61,7 @@ HWY_INLINE void put_alone_first(const V (&t)[3][3], const V* side, const V* othe
   }
 }
 
-// Where an edge of a triangle crosses the other's plane.
+// The point where an edge of a triangle crosses the other's plane.
 struct EdgePoint {
   V point[3], part, edge, along;
   M from_inside;
@@ -74,7 +75,7 @@ HWY_INLINE void choose(M first, const EdgePoint& x, const EdgePoint& y, EdgePoin
   out.from_inside = hn::Or(hn::And(first, x.from_inside), hn::AndNot(first, y.from_inside));
 }
 
-// The two edges of a triangle that cross the other's plane, by where they do so along the line both planes share.
+// The two edges of a triangle that cross the other's plane, ordered along the common line of both planes.
 HWY_INLINE M cut(const V (&p)[3][3], const V* normal, const V* on_plane, const V* line, double first_edge,
                  EdgePoint (&out)[2]) {
   V height[3];
@@ -110,7 +111,7 @@ HWY_INLINE M cut(const V (&p)[3][3], const V* normal, const V* on_plane, const V
 
 }  // namespace
 
-// As TriangleTest does, with its bounds. NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+// As TriangleTest, with its bounds. NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
 TriangleVerdicts compare_triangles(const TriangleRows& pairs, std::size_t count, const double* pose, double of_places) {
   const D d;
   TriangleVerdicts verdicts{0, 0};

@@ -1,4 +1,5 @@
-// Triangles in lanes, a pair a lane: do they meet, where do they cross; and which point reaches farthest.
+// Triangles in lanes, a pair a lane: whether they intersect, where they cross; and the point farthest along a
+// direction.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -25,43 +26,44 @@ struct TriangleRows {
   }
 };
 
-/// How B lies in A's frame: columns of the map, then the shift.
+/// The pose of B in A's frame: columns of the map, then the shift.
 struct FrameNumbers {
   double pose[12];
   explicit FrameNumbers(const TriangleTest& test);
 };
 
-/// A bit a column; neither: they are apart.
+/// One bit a column; in neither: they do not intersect.
 struct TriangleVerdicts {
   std::uint32_t meet, unknown;
 };
 
-/// Do they meet? What doubles can tell for certain, of `count` pairs at once, a pair a lane; `test` of each that is
-/// left unknown. All columns must hold numbers.
+/// Decides with certainty, in doubles, which of `count` pairs intersect, a pair a lane; pairs left unknown go to
+/// `test`. All columns must contain numbers.
 TriangleVerdicts compare_triangles(const TriangleRows& pairs, std::size_t count, const TriangleTest& test);
 
-/// Where two triangles cross: both ends of the segment that they share, in the curve's sense. A pair a column.
+/// The segments shared by two crossing triangles: both ends, in the direction of the curve. A pair a column.
 struct CrossingRows {
   static constexpr std::size_t most = TriangleRows::most;
-  std::uint32_t crosses;  ///< a bit a column; else one lies to one side of the other, and nothing else is set
+  /// One bit a column; otherwise one triangle lies on one side of the other, and nothing else is set.
+  std::uint32_t crosses;
   struct End {
     alignas(64) double point[3][most];  ///< in A's frame
-    double part[most];                  ///< how far along its edge, 0..1
-    double edge[most];                  ///< the edge's first corner, 3 more for an edge of B; a whole number
-    std::uint32_t from_inside;          ///< a bit a column: that corner is on the inner side of the other triangle
+    double part[most];                  ///< parameter on the edge, 0..1
+    double edge[most];                  ///< the edge's first corner, plus 3 for an edge of B; an integer
+    std::uint32_t from_inside;          ///< one bit a column: that corner is on the inner side of the other triangle
   } end[2];
 };
 
-/// Crossings of `count` pairs. All columns must hold numbers.
+/// The crossings of `count` pairs. All columns must contain numbers.
 void cross_triangles(const TriangleRows& pairs, std::size_t count, const TriangleTest& frame, CrossingRows& out);
 
-/// Which point reaches farthest along each of some directions; of equals the first. `stride`: from point to point, in
-/// numbers. Points first to last - 1; from another than 0 on the search goes on from what was found of those before.
+/// Finds the point farthest along each of some directions; of equals the first. `stride`: from point to point, in
+/// numbers. Points first to last - 1; for first > 0 the search continues from the results for the points before.
 struct DirectionRows {
   static constexpr std::size_t most = 16;
   alignas(64) double direction[3][most];
-  alignas(64) double best[most];   ///< found: the point's number
-  alignas(64) double reach[most];  ///< and how far it reaches
+  alignas(64) double best[most];   ///< result: the point's number
+  alignas(64) double reach[most];  ///< result: its distance along the direction
 };
 void find_farthest(DirectionRows& rows, std::size_t used, const double* points, std::size_t stride, std::size_t first,
                    std::size_t last);
