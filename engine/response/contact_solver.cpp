@@ -1,3 +1,4 @@
+// Solves contacts as constraints on velocities, by sequential impulses.
 #include "response/contact_solver.h"
 
 #include <algorithm>
@@ -84,7 +85,7 @@ void ContactSolver::add_entry(const ContactList& contacts, std::uint32_t found, 
   first_points_[colour] += pair.contact_count;
 }
 
-/// Gives each colour's pairs and points a range, from how many they are.
+/// Assigns each colour's pairs and points a range, by their numbers.
 void ContactSolver::arrange() {
   std::uint32_t pairs = 0, points = 0;
   for (std::uint32_t colour = 0; colour < colour_ends_.size(); ++colour) {
@@ -191,15 +192,16 @@ void ContactSolver::prepare_pair(const Entry& entry, const ContactList& contacts
   pair.rolling_radius = a.inverse_mass == 0 ? b.radius : b.inverse_mass == 0 ? a.radius : std::min(a.radius, b.radius);
 }
 
-// A point's name alone does not tell where it is: a patch may be cut by the one face now and by the other in the next
-// step, with other names for the same places, and the deepest point of a disc goes round. Impulses that were lost, or
-// went to where they do not belong, kept stacks in motion.
+// Matches points of contact with those of the step before. A point's feature number alone does not identify its
+// position: a patch may be clipped by one face now and by the other in the next step, with other numbers for the same
+// positions, and the deepest point of a disc moves around. Impulses that were lost, or went to other points, kept
+// stacks in motion.
 void ContactSolver::keep_impulses(Pair& pair, const Pair& before) {
-  constexpr double same_place = 0.1;  // of the smaller body's radius
+  constexpr double same_place = 0.1;  // fraction of the smaller body's radius
   pair.rolling_impulse = before.rolling_impulse;
   const auto points = std::span(points_).subspan(pair.first, pair.end - pair.first);
   const auto points_before = std::span(points_before_).subspan(before.first, before.end - before.first);
-  // As either body sees it: one may turn or slide along the other.
+  // In either body's frame: one may rotate or slide along the other.
   const auto distance = [](const Point& x, const Point& y) {
     return std::sqrt(std::min((x.arm_a - y.arm_a).squaredNorm(), (x.arm_b - y.arm_b).squaredNorm()));
   };
@@ -215,7 +217,7 @@ void ContactSolver::keep_impulses(Pair& pair, const Pair& before) {
     }
     ++old;
   }
-  // The others by their places.
+  // The remaining points by their positions.
   for (std::size_t i = 0; i < points.size() && kept < points_before.size(); ++i) {
     if (points[i].keeps) continue;
     Point* nearest = nullptr;
@@ -233,7 +235,7 @@ void ContactSolver::keep_impulses(Pair& pair, const Pair& before) {
 
 void ContactSolver::keep_impulse(Point& point, Point& before) {
   point.keeps = before.kept = true;
-  // The normal may have turned since: what is left of the old friction within the new plane.
+  // The normal may have rotated since: the component of the old friction impulse in the new plane.
   const Vec3 rubbing = before.tangent_impulse * before.tangent + before.bitangent_impulse * before.bitangent;
   point.normal_impulse = before.normal_impulse;
   point.tangent_impulse = rubbing.dot(point.tangent);
@@ -253,7 +255,7 @@ void ContactSolver::begin_substeps(double h, const ResponseOptions& options) {
 template <class Body>
 void ContactSolver::for_each_pair(std::vector<SolverBody>& bodies, const AfterColour& after, const Body& body) const {
   const auto run = [&](std::size_t first, std::size_t last) {
-    // A fixed body belongs to many pairs of a colour and none may write to it; what is added to this one is zero.
+    // A fixed body belongs to many pairs of a colour, and none may write to it; what is added to this one is zero.
     SolverBody fixed;
     const auto side = [&](std::uint32_t index) -> SolverBody& {
       SolverBody& own = bodies[index];
@@ -292,7 +294,7 @@ void ContactSolver::solve(std::vector<SolverBody>& bodies, Overlap overlap, cons
                 [&](std::size_t i, SolverBody& a, SolverBody& b) { solve_pair(pairs_[i], a, b, overlap); });
 }
 
-// Friction first, overlap last: what comes last holds best.
+// Friction first, overlap last: the constraint solved last is satisfied best.
 void ContactSolver::solve_pair(Pair& pair, SolverBody& a, SolverBody& b, Overlap overlap) {
   double pressed = 0;
   for (std::uint32_t i = pair.first; i < pair.end; ++i) pressed += points_[i].normal_impulse;

@@ -1,3 +1,4 @@
+// Solves contacts as constraints on velocities.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -12,27 +13,28 @@
 
 namespace tandem {
 
-/// What the solver knows of a body; a fixed one has no inverse mass, and its velocity stays.
+/// A body as the solver sees it; a fixed one has no inverse mass, and its velocity stays.
 struct SolverBody {
   Vec3 velocity = Vec3::Zero();  ///< of the centre of mass
   Vec3 angular_velocity = Vec3::Zero();
   double inverse_mass = 0;
   Mat3 inverse_inertia = Mat3::Zero();  ///< world axes, at the beginning of the step
-  Vec3 moved = Vec3::Zero();            ///< since the beginning of the step
-  Vec3 turned = Vec3::Zero();           ///< the same, as a rotation vector, to first order
-  Vec3 centre = Vec3::Zero();           ///< of mass, at the beginning of the step
+  Vec3 moved = Vec3::Zero();            ///< translation since the beginning of the step
+  /// Rotation since the beginning of the step, as a rotation vector, to first order.
+  Vec3 turned = Vec3::Zero();
+  Vec3 centre = Vec3::Zero();  ///< centre of mass at the beginning of the step
   double radius = 0;
-  bool is_sensor = false;  ///< pushes nothing
+  bool is_sensor = false;  ///< collides, but receives and exerts no impulses
 };
 
-/// What the next step needs to know of a point of contact, as plain numbers.
+/// The data of a point of contact that the next step needs, as plain numbers.
 struct KeptPoint {
   std::array<double, 3> arm_a{}, arm_b{}, tangent{}, bitangent{};
   double normal_impulse = 0, tangent_impulse = 0, bitangent_impulse = 0;
   std::uint64_t feature = 0;
 };
 
-/// The colours that a body's pairs have got so far, and with them the next one that is free.
+/// The colours that a body's pairs have so far, to find the next free one.
 class TakenColours {
  public:
   void take(std::uint32_t colour) {
@@ -41,7 +43,7 @@ class TakenColours {
     else
       next_ = colour + 1;
   }
-  /// The first that a pair of two bodies may have.
+  /// The first colour that a pair of two bodies may have.
   static std::uint32_t first_free(const TakenColours& a, const TakenColours& b) {
     const auto colour = static_cast<std::uint32_t>(std::countr_one(a.taken_ | b.taken_));
     return colour < word ? colour : std::max(a.next_, b.next_);
@@ -49,8 +51,9 @@ class TakenColours {
 
  private:
   static constexpr std::uint32_t word = 64;
-  std::uint64_t taken_ = 0;    // the first ones; a pair that finds all taken comes after all that either body has
-  std::uint32_t next_ = word;  // after the last of the others
+  // Bits of the first colours; a pair that finds all taken comes after all colours of either body.
+  std::uint64_t taken_ = 0;
+  std::uint32_t next_ = word;  // after the last of the other colours
 };
 
 /// Contacts as constraints on velocities, solved by sequential impulses. Pairs are given colours, in the order of the
@@ -61,40 +64,40 @@ class TakenColours {
 /// the whole list, and others change its bodies' velocities after each colour.
 class ContactSolver {
  public:
-  /// `parallel` counts what threads may share.
+  /// `parallel` measures the time that threads may share.
   explicit ContactSolver(ParallelTime& parallel) : parallel_(parallel) {}
-  /// Takes over a step's contacts; impulses of those that were there in the step before are kept.
+  /// Takes the contacts of a step; impulses of contacts that existed in the step before are kept.
   void prepare(const ContactList& contacts, const std::vector<SolverBody>& bodies, const ResponseOptions& options);
   /// `h`: length of a sub-step.
   void begin_substeps(double h, const ResponseOptions& options);
-  /// Called with each colour that has been solved, ascending.
+  /// Called after each colour has been solved, in ascending order.
   using AfterColour = std::function<void(std::uint32_t colour)>;
   void warm_start(std::vector<SolverBody>& bodies, const AfterColour& after = {});
   enum class Overlap { push_out, leave };
   void solve(std::vector<SolverBody>& bodies, Overlap overlap, const AfterColour& after = {});
 
   static constexpr std::uint32_t none = 0xffffffffu;
-  /// What a solver of a share of all pairs is told, one element a pair of its list.
+  /// The input of a solver of a share of all pairs, one element a pair of its list.
   struct Share {
-    std::span<const std::uint32_t> colours;  ///< none: takes no part
+    std::span<const std::uint32_t> colours;  ///< none: the pair does not take part
     std::span<const std::uint32_t> before;   ///< the pair's place in the step before, or none
   };
   void prepare_share(const ContactList& contacts, const std::vector<SolverBody>& bodies, const ResponseOptions& options,
                      const Share& share);
-  /// Whether a pair of the list moves a body.
+  /// True if a pair of the list moves a body.
   static bool takes_part(const PairResult& pair, const std::vector<SolverBody>& bodies) {
     const SolverBody &a = bodies[pair.a], &b = bodies[pair.b];
     return pair.contact_count != 0 && (a.inverse_mass != 0 || b.inverse_mass != 0) && !a.is_sensor && !b.is_sensor;
   }
-  /// The places of the step's pairs, by those in its list: visit(pair, place).
+  /// Visits the pairs of the list with their places in the step: visit(pair, place).
   template <class Visit>
   void each_place(const Visit& visit) const {
     for (const Entry& entry : entries_) visit(entry.found, entry.place);
   }
-  /// What is kept of the pair at a place, for the next step in another solver; its points are appended. Returns the
+  /// Copies the data of the pair at a place, for the next step in another solver; appends its points. Returns the
   /// impulse against rolling.
   Vec3 kept(std::uint32_t place, std::vector<KeptPoint>& points) const;
-  /// Takes in what another solver kept of a pair; returns its place, for the next Share.
+  /// Takes the data of a pair from another solver; returns its place, for the next Share.
   std::uint32_t take_in(const Vec3& rolling_impulse, std::span<const KeptPoint> points);
 
  private:
@@ -106,11 +109,11 @@ class ContactSolver {
     double tangent_mass = 0, mixed_mass = 0, bitangent_mass = 0;
     double normal_impulse = 0, tangent_impulse = 0, bitangent_impulse = 0;
     std::uint32_t feature = 0;
-    bool keeps = false, kept = false;  // impulses of the step before; its own, in the next
+    bool keeps = false, kept = false;  // impulses are kept from the step before; kept for the next step
   };
   struct Pair {
     std::uint32_t a = 0, b = 0;
-    std::uint32_t first = 0, end = 0;  // of its points
+    std::uint32_t first = 0, end = 0;  // range of its points
     Mat3 rolling_mass;
     Vec3 rolling_impulse;
     double rolling_radius = 0;
@@ -138,7 +141,7 @@ class ContactSolver {
 
   ParallelTime& parallel_;
   std::vector<Entry> entries_, entries_before_;
-  std::vector<TakenColours> taken_;  // one a body
+  std::vector<TakenColours> taken_;  // one for each body
   std::vector<std::uint32_t> colour_ends_, first_points_;
   // In the colours' order.
   std::vector<Point> points_, points_before_;

@@ -1,3 +1,4 @@
+// The motion of continuous bodies, limited so that they do not pass through others.
 #include "tandem/engine/continuous_motion.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// A sum of numbers without rounding until it is asked for, so that it depends on no order (Kulisch 1971).
+// An exact sum of doubles, rounded only when it is read, so that it does not depend on their order (Kulisch 1971).
 #pragma once
 #include <array>
 #include <bit>
@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-/// Of doubles >= 0. Room for 2^31 of them.
+/// The exact sum of doubles >= 0, up to 2^31 of them.
 class ExactSum {
  public:
   void add(double x) {
@@ -21,7 +21,8 @@ class ExactSum {
     const std::uint64_t exponent = bits >> 52;
     const std::uint64_t fraction = bits & ((std::uint64_t{1} << 52) - 1);
     const std::uint64_t digits = exponent == 0 ? fraction : fraction | std::uint64_t{1} << 52;
-    const std::uint64_t place = exponent == 0 ? 0 : exponent - 1;  // of the lowest digit, from the smallest double on
+    // Position of the lowest digit, counted from that of the smallest double.
+    const std::uint64_t place = exponent == 0 ? 0 : exponent - 1;
     const std::uint64_t at = place / bits_a_word, shift = place % bits_a_word;
     words_[at] += digits << shift & low;
     words_[at + 1] += digits >> (bits_a_word - shift) & low;
@@ -30,7 +31,7 @@ class ExactSum {
   void add(const ExactSum& other) {
     for (std::size_t i = 0; i < words_.size(); ++i) words_[i] += other.words_[i];
   }
-  /// To the last bit or the one before; infinite if a number was not finite.
+  /// The sum to the last bit or the one before; infinite if a number was not finite.
   double value() const {
     if (words_.back() != 0) return std::numeric_limits<double>::infinity();
     std::uint64_t carry = 0;
@@ -42,7 +43,7 @@ class ExactSum {
     }
     return sum;
   }
-  /// To be added up, word by word, by whoever has a share of the numbers.
+  /// The words, which can be added up over ranks that each have a share of the numbers.
   std::span<std::uint64_t> words() { return words_; }
 
  private:
@@ -50,7 +51,8 @@ class ExactSum {
   static constexpr std::uint64_t low = 0xffffffffu;
   std::uint64_t& not_finite() { return words_.back(); }
 
-  std::array<std::uint64_t, 69> words_{};  // of 32 digits each, and room above for carries; the last counts others
+  // Of 32 digits each, with room for carries; the last counts numbers that are not finite.
+  std::array<std::uint64_t, 69> words_{};
 };
 
 }  // namespace tandem

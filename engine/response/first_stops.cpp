@@ -1,3 +1,4 @@
+// Finds the first contacts of continuous bodies in a step, in the order of time.
 #include "response/first_stops.h"
 
 #include <algorithm>
@@ -57,7 +58,7 @@ void FirstStops::sweep() {
     around_[body] = joined(SweptBoxes(scene.shape_of(body), bodies_.leg(body).motion));
 }
 
-/// A hierarchy of the bodies that come near a watched one.
+/// Builds a hierarchy of the bodies that come near a watched one.
 void FirstStops::look_around() {
   Aabb all = around_[bodies_.watched().front()];
   for (const std::uint32_t body : bodies_.watched()) grow(all, around_[body]);
@@ -69,7 +70,7 @@ void FirstStops::look_around() {
   tree_.build(boxes_);
 }
 
-/// visit(body) once for each whose box meets this one, in the order of indices. A box that is not within those of the
+/// Calls visit(body) once for each body whose box overlaps this one, in the order of indices. A box beyond those of the
 /// watched bodies' own motions may be anywhere.
 template <class Visit>
 void FirstStops::each_near(const Aabb& box, bool anywhere, Visit&& visit) {
@@ -87,7 +88,8 @@ void FirstStops::each_near(const Aabb& box, bool anywhere, Visit&& visit) {
   for (const std::uint32_t body : met) visit(body);
 }
 
-/// Appends what `body` meets from t on. At the start of a step a watched body of a larger index finds the pair itself.
+/// Appends the contacts of `body` from t on. At the start of a step the watched body of the larger index finds a pair
+/// itself.
 void FirstStops::look_for(std::uint32_t body, double t, std::vector<Meeting>& out) {
   const bool at_start = bodies_.leg(body).free;
   const Scene& scene = bodies_.scene();
@@ -124,7 +126,7 @@ void FirstStops::go_with(std::uint32_t body, std::uint32_t other, double t) {
   const Leg leg = bodies_.leg(body), taken = bodies_.leg(other);
   if (is_still(taken.motion)) return stand(body, t);
   const Pose here = leg.at(t), there = taken.at(t);
-  // Where the body is as the other one sees it stays as it is.
+  // The body keeps its pose relative to the other one.
   const Mat3 turn = taken.motion.to.rotation * there.rotation.transpose();
   Pose end{turn * here.rotation, taken.motion.to.translation + turn * (here.translation - there.translation)};
   const Vec3 straight = here.rotation.transpose() * (there * *taken.motion.straight_of - here.translation);

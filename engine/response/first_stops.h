@@ -1,6 +1,6 @@
-// Continuous bodies are stopped where they first touch something: all touches of a step in the order of time, as
-// stopping one body changes what the others meet. After Mirtich, Impulse-based dynamic simulation of rigid body
-// systems, 1996 (the heap of first touches), with motions that end in place of velocities that change.
+// Stops continuous bodies at their first contact: all contacts of a step in the order of time, since stopping one body
+// changes the contacts of others. After Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996 (the heap
+// of first contacts), with motions that end instead of velocities that change.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -21,33 +21,33 @@ class FirstStops {
  public:
   explicit FirstStops(PairPredicate predicate) : bodies_(std::move(predicate)) {}
 
-  /// As MovingBodies has them; the fastest of those that take part.
+  /// Begins a step, as MovingBodies; returns the fastest of the bodies that take part.
   FastestTwo begin(const Scene& scene, std::span<const Pose> ends, std::span<const std::uint8_t> own = {});
-  /// Which bodies are watched; false: none.
+  /// Chooses the watched bodies; false: there are none.
   bool watch(const FastestTwo& of_all) { return bodies_.watch(of_all); }
-  /// Where each body goes.
+  /// Computes the boxes of all motions.
   void sweep();
   std::span<const std::uint32_t> watched() const { return bodies_.watched(); }
   bool takes_part(std::uint32_t body) const { return bodies_.takes_part(body); }
-  /// Holds what a body that takes part goes through in the step, if nothing stops it. After sweep().
+  /// A box that contains all positions of a body in the step, if nothing stops it. After sweep().
   const Aabb& around(std::uint32_t body) const { return around_[body]; }
 
   /// Stops the watched bodies. After sweep().
   void find();
   std::span<const MotionStop> stops() const { return stops_; }
   void clear() { stops_.clear(); }
-  /// Where a watched body ends; its own end if it was not stopped.
+  /// The end pose of a watched body; its given end if it was not stopped.
   Pose end(std::uint32_t watched_body) const { return bodies_.leg(watched_body).motion.to; }
   bool is_stopped(std::uint32_t watched_body) const { return !bodies_.leg(watched_body).free; }
   struct Stray {
     std::uint32_t body = 0;
     Aabb box;
   };
-  /// Where bodies that were stopped or taken along looked for others, as far as that is not within their around().
+  /// The boxes that stopped or carried bodies searched, as far as these exceed their around().
   std::span<const Stray> strays() const { return strays_; }
 
  private:
-  /// A touch that is to come, unless one of the two is stopped before.
+  /// A future contact, valid unless one of the two bodies is stopped before.
   struct Meeting {
     double t = 0;
     std::uint32_t a = 0, b = 0;
@@ -67,11 +67,11 @@ class FirstStops {
   void change(std::uint32_t body, const Leg& leg);
 
   MovingBodies bodies_;
-  std::vector<Aabb> around_;            // one a body: holds what it goes through in the step
+  std::vector<Aabb> around_;            // one a body: contains its motion in the step
   std::vector<std::uint32_t> nearby_;   // bodies near a watched one
   std::vector<std::uint32_t> changes_;  // one a body: how often its leg changed
-  std::vector<std::uint32_t> changed_;  // bodies whose leg did in the meeting at hand
-  std::vector<std::uint32_t> strayed_;  // those that were taken along: they may be anywhere
+  std::vector<std::uint32_t> changed_;  // bodies whose leg changed in the present contact
+  std::vector<std::uint32_t> strayed_;  // bodies that were carried along: they may be anywhere
   std::vector<Stray> strays_;
   BoxArray boxes_;  // of `nearby_`
   BoxQueries tree_;
@@ -79,8 +79,8 @@ class FirstStops {
   std::vector<std::vector<Meeting>> found_;  // one a watched body
 };
 
-/// Appends to a list's contacts the one of two bodies at their nearest points, as a gap; returns the pair, which is not
-/// in the list yet.
+/// Appends to a list's contacts the contact of two bodies at their nearest points, with negative depth; returns the
+/// pair, which is not yet in the list.
 PairResult pair_at_nearest_points(const Scene& scene, std::uint32_t a, std::uint32_t b, ContactList& contacts);
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// The motions of a scene's bodies in a step, and the times at which two of them touch.
 #include "response/moving_bodies.h"
 
 #include <algorithm>
@@ -13,12 +14,13 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t bodies_a_block = 256;
-/// Of the inner radius: what a continuous body that touches another one at the start still keeps out of it.
+/// Fraction of the inner radius: the core that a continuous body, touching another one at the start, still keeps out of
+/// it.
 constexpr double core_share = 0.5;
 
 using tolerance::fast_surface;
 
-/// The shape, solid if it is a closed mesh; empty if it has no inside.
+/// The shape, made solid if it is a closed mesh; empty if it has no interior.
 std::optional<Shape> with_inside(const Shape& shape) {
   if (shape.is_solid()) return shape;
   if (shape.kind() != ShapeKind::mesh) return std::nullopt;
@@ -31,7 +33,7 @@ std::optional<Shape> with_inside(const Shape& shape) {
   }
 }
 
-/// The ball about the point that touches the surface from inside.
+/// The largest ball about the point inside the surface.
 InnerBall ball_about(const NarrowPhase& narrow, const Shape& solid, const Vec3& centre) {
   Pose at;
   at.translation = centre;
@@ -39,7 +41,7 @@ InnerBall ball_about(const NarrowPhase& narrow, const Shape& solid, const Vec3& 
   return {centre, std::max(0.0, -inside.signed_distance - inside.error_bound)};
 }
 
-/// About the centre of mass, or, if that is larger, one of those tried under the triangles of a mesh.
+/// The inner ball about the centre of mass, or, if larger, one of those tried under the triangles of a mesh.
 InnerBall inner_ball(const NarrowPhase& narrow, const Shape& shape) {
   InnerBall best{shape.mass().centre, 0};
   const std::optional<Shape> solid = with_inside(shape);
@@ -96,7 +98,7 @@ void MovingBodies::measure(std::uint32_t i) {
   const Pose &from = scene_->poses()[i], &to = ends_[i];
   length_[i] = 0;
   if (takes_part_[i] == 0 || (from.translation == to.translation && from.rotation == to.rotation)) return;
-  // A half-space turned by however little goes any way, far from its origin.
+  // Far from its origin, a half-space that rotates at all moves arbitrarily far.
   if (!scene_->shape_of(i).is_bounded() && from.rotation != to.rotation)
     length_[i] = std::numeric_limits<double>::max();
   else
@@ -127,7 +129,7 @@ FastestTwo MovingBodies::fastest() const {
   return out;
 }
 
-/// Nothing comes faster towards a body than the fastest of the others.
+/// Nothing approaches a body faster than the fastest of the others.
 bool MovingBodies::watch(const FastestTwo& of_all) {
   for (std::uint32_t i = 0; i < scene_->indices(); ++i) {
     if (scene_->continuous()[i] == 0 || scene_->is_static()[i] != 0 || takes_part_[i] == 0) continue;
@@ -154,7 +156,8 @@ bool MovingBodies::may_meet(std::uint32_t a, std::uint32_t b, double t) const {
   };
   const auto [free_a, speed_a] = state(a, watched_a);
   const auto [free_b, speed_b] = state(b, watched_b);
-  // Of two that no longer go their own ways the faster one takes the other along, if it can be.
+  // Of two bodies that both no longer follow their own motion, the faster one carries the other along, if that is
+  // possible.
   if (!free_a && !free_b && !(watched_a && speed_a < speed_b) && !(watched_b && speed_b < speed_a)) return false;
   return left(a, b, t) > not_fast(a, b) && allows(a, b);
 }
@@ -170,7 +173,7 @@ double MovingBodies::not_fast(std::uint32_t a, std::uint32_t b) const {
 }
 
 double MovingBodies::left(std::uint32_t a, std::uint32_t b, double t) const {
-  // What goes with another one may reach farther than it from where that turns: its own length tells.
+  // A body carried by another may reach farther than that one as it rotates: its own length limits this.
   const auto of = [&](std::uint32_t body) {
     if (!is_watched(body)) return (1 - t) * length_[body];
     const Leg& leg = legs_[place_[body]];
@@ -193,7 +196,7 @@ std::optional<FirstTouch> MovingBodies::core_meets(std::uint32_t a, std::uint32_
   };
   auto touch = narrow_.time_of_impact(core, motion(t), other, leg_b.from(t));
   if (touch && touch->t == 0) {
-    // It may go along and out, not deeper.
+    // It may move along and out, not deeper.
     const auto distance = [&](double at) {
       return narrow_.solve(core, motion(at).from, other, leg_b.at(at), Request::distance).signed_distance;
     };
@@ -219,7 +222,7 @@ std::optional<FirstTouch> MovingBodies::cores_meet(std::uint32_t a, std::uint32_
   return other;
 }
 
-/// A touch that comes; empty also where they touch already, which `touching` tells.
+/// A future contact; empty also if they touch already, which `touching` tells.
 std::optional<FirstTouch> MovingBodies::whole_meet(std::uint32_t a, std::uint32_t b, double t, bool& touching) const {
   const Motion motion_a = leg(a).from(t), motion_b = leg(b).from(t);
   const Shape &shape_a = scene_->shape_of(a), &shape_b = scene_->shape_of(b);
@@ -236,7 +239,7 @@ std::optional<FirstTouch> MovingBodies::meet(std::uint32_t a, std::uint32_t b, d
   bool touching = false;
   auto first = whole_meet(a, b, t, touching);
   if (!touching) return first;
-  // They may part at once, and meet elsewhere.
+  // They may separate at once, and touch elsewhere.
   const double soon = t + (1 - t) * std::min(1.0, not_fast(a, b) / left(a, b, t));
   first = whole_meet(a, b, soon, touching);
   return touching ? cores_meet(a, b, t, soon) : first;

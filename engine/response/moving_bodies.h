@@ -1,4 +1,4 @@
-// The bodies of a scene on their way through a step, as ContinuousMotion sees them.
+// The motions of a scene's bodies in a step, for ContinuousMotion.
 #pragma once
 #include <algorithm>
 #include <cstdint>
@@ -13,13 +13,14 @@
 
 namespace tandem {
 
-/// Where a body goes from a time of the step to its end.
+/// The motion of a body from a time of the step to its end.
 struct Leg {
-  double begin = 0;  ///< [0, 1]
-  Motion motion;     ///< of all that is left of the step
-  /// Not stopped yet: goes where it was to go.
+  double begin = 0;  ///< start time, [0, 1]
+  Motion motion;     ///< over the remaining step
+  /// True until the body is stopped: it follows its given motion.
   bool free = true;
-  /// Metres the body goes in a step that took it along; its own length if none did and it is not continuous.
+  /// Metres that the carrying body moves in the step; the body's own length if none carries it and it is not
+  /// continuous.
   double speed = 0;
 
   Pose at(double t) const;
@@ -29,10 +30,10 @@ struct Leg {
 /// A ball inside a shape.
 struct InnerBall {
   Vec3 centre = Vec3::Zero();
-  double radius = 0;  ///< 0: none
+  double radius = 0;  ///< 0: there is none
 };
 
-/// Metres: the most that a point of a body goes in the step, and of one of the others.
+/// Metres: the largest motion of a point in the step over all bodies, and that over all others than this fastest body.
 struct FastestTwo {
   double first = 0, second = 0;
 
@@ -47,27 +48,27 @@ class MovingBodies {
  public:
   explicit MovingBodies(PairPredicate predicate) : predicate_(std::move(predicate)) {}
 
-  /// Takes over the scene and the ends, which must outlive the step. `own`: one an index, not 0: takes part; empty: all
-  /// do.
+  /// Takes the scene and the end poses, which must outlive the step. `own`: one an index, not 0: the body takes part;
+  /// empty: all do.
   void begin(const Scene& scene, std::span<const Pose> ends, std::span<const std::uint8_t> own = {});
-  /// Of those that take part.
+  /// Of the bodies that take part.
   FastestTwo fastest() const;
-  /// Finds the bodies to be watched, where `of_all` are the fastest ones, also of those that are not here; false: none.
+  /// Chooses the watched bodies, given the fastest of all bodies, also on other ranks; false: there are none.
   bool watch(const FastestTwo& of_all);
 
-  /// Continuous bodies that may meet something, ascending.
+  /// The continuous bodies that may hit something, ascending.
   std::span<const std::uint32_t> watched() const { return watched_; }
   bool is_watched(std::uint32_t body) const { return place_[body] != none; }
   Leg& leg_of(std::uint32_t watched_body) { return legs_[place_[watched_body]]; }
   Leg leg(std::uint32_t body) const;
   const Scene& scene() const { return *scene_; }
-  /// Alive, no sensor, and here.
+  /// True for a living body, not a sensor, that takes part here.
   bool takes_part(std::uint32_t body) const { return takes_part_[body] != 0; }
-  /// Whether the pair need be looked at from t on: it is allowed, at least one of the two would be stopped or taken
-  /// along, and they move enough.
+  /// True if the pair must be examined from t on: it is allowed, at least one of the two would be stopped or carried,
+  /// and they move enough.
   bool may_meet(std::uint32_t a, std::uint32_t b, double t) const;
 
-  /// The first touch of the two from t on, in time of the step; a < b.
+  /// The first contact of the two from t on, in time of the step; a < b.
   std::optional<FirstTouch> meet(std::uint32_t a, std::uint32_t b, double t) const;
 
  private:
@@ -77,13 +78,13 @@ class MovingBodies {
   void measure(std::uint32_t body);
   Motion whole(std::uint32_t body) const;
   bool allows(std::uint32_t a, std::uint32_t b) const;
-  /// Metres: pairs that move less together are not looked at.
+  /// Metres: pairs that move less together are not examined.
   double not_fast(std::uint32_t body) const;
   double not_fast(std::uint32_t a, std::uint32_t b) const;
-  /// The most that points of the two may go from t on, metres.
+  /// The largest relative motion of points of the two from t on, metres.
   double left(std::uint32_t a, std::uint32_t b, double t) const;
   std::optional<FirstTouch> whole_meet(std::uint32_t a, std::uint32_t b, double t, bool& touching) const;
-  /// Of the core of a with b, which touch as a whole at t, and do `soon`.
+  /// The first contact of the core of a with b, for bodies that touch at t, and that would touch at `soon`.
   std::optional<FirstTouch> core_meets(std::uint32_t a, std::uint32_t b, double t, double soon) const;
   std::optional<FirstTouch> cores_meet(std::uint32_t a, std::uint32_t b, double t, double soon) const;
 
@@ -93,10 +94,10 @@ class MovingBodies {
   std::span<const Pose> ends_;
   SceneChanges::HistoryName history_;
   std::uint64_t shape_changes_ = 0;
-  std::vector<InnerBall> balls_;        // one a shape that a continuous body has
-  std::vector<std::uint8_t> has_ball_;  // known
-  std::vector<double> reach_;           // one a shape
-  std::vector<double> length_;          // one a body: the most that a point of it goes in the step
+  std::vector<InnerBall> balls_;        // one for each shape of a continuous body
+  std::vector<std::uint8_t> has_ball_;  // balls_ of the shape is known
+  std::vector<double> reach_;           // one for each shape
+  std::vector<double> length_;          // one a body: the largest motion of a point of it in the step
   std::vector<std::uint8_t> takes_part_;
   std::vector<std::uint32_t> watched_, place_;  // one a body: its place in legs_
   std::vector<Leg> legs_;

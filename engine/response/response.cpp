@@ -1,3 +1,4 @@
+// A step of the response: solves contacts and moves the bodies.
 #include "tandem/engine/response.h"
 
 #include <algorithm>
@@ -40,7 +41,7 @@ struct Response::Impl {
   ContactSolver solver{parallel};
   SolverBodies bodies{parallel};
   std::optional<ContinuousMotion> motion;
-  std::vector<Pose> ends;    // one an index, where there are continuous bodies
+  std::vector<Pose> ends;    // one an index, if there are continuous bodies
   ContactList with_stopped;  // the contacts, and those of bodies that were stopped in the step before
   std::size_t stops_before = 0;
 
@@ -49,10 +50,10 @@ struct Response::Impl {
   double put_back(Scene& scene);
   ResponseReport step(Scene& scene, const ContactList& contacts);
 
-  std::unique_ptr<tbb::task_arena> arena;  // where the caller's has another number of threads
+  std::unique_ptr<tbb::task_arena> arena;  // if the caller's has another number of threads
 };
 
-/// Those of a step, and the nearest points of pairs that were stopped in the step before.
+/// The contacts of a step, and those at the nearest points of pairs that were stopped in the step before.
 const ContactList& Response::Impl::with_stops(const Scene& scene, const ContactList& contacts) {
   if (stops_before == 0) return contacts;
   with_stopped = contacts;
@@ -60,7 +61,7 @@ const ContactList& Response::Impl::with_stops(const Scene& scene, const ContactL
   return with_stopped;
 }
 
-/// Where continuous bodies end; returns how many stops there were.
+/// Limits the end poses of continuous bodies; returns the number of stops.
 std::size_t Response::Impl::limit_motion(const Scene& scene) {
   ends.clear();
   if (!scene.has_continuous()) return 0;
@@ -68,7 +69,7 @@ std::size_t Response::Impl::limit_motion(const Scene& scene) {
   return motion->limit(scene, ends).size();
 }
 
-/// Returns the kinetic energy.
+/// Writes the bodies back; returns the kinetic energy.
 double Response::Impl::put_back(Scene& scene) {
   const std::vector<std::uint32_t>& moving = bodies.moving();
   std::vector<ExactSum> energies((moving.size() + response_bodies_a_block - 1) / response_bodies_a_block);

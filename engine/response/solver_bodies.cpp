@@ -1,3 +1,4 @@
+// The bodies of a step of the response: masses, velocities and poses.
 #include "response/solver_bodies.h"
 
 #include <cmath>
@@ -16,17 +17,17 @@ void limit(Vec3& v, double most) {
   if (!(v.squaredNorm() <= most * most)) v = most * v.stableNormalized();
 }
 
-/// Beyond an eighth of a turn in a time step a direction of turning means little.
+/// The largest angular velocity: beyond an eighth of a turn in a time step a direction of rotation means little.
 double fastest_turn(double time_step) { return std::numbers::pi / 4 / time_step; }
 
-/// First order in the turn, then made a unit again; good for turns of a few tenths of a radian.
+/// Rotates to first order, then normalises; good for a few tenths of a radian.
 void turn(Quat& orientation, const Vec3& rotation) {
   const Quat rate(0, rotation.x(), rotation.y(), rotation.z());
   orientation.coeffs() += 0.5 * (rate * orientation).coeffs();
   orientation.normalize();
 }
 
-/// A radius for any body: a ball's own.
+/// A radius for any body; for a ball its own.
 double mean_radius(const Shape& shape) { return shape.size() / std::sqrt(12.0); }
 
 }  // namespace
@@ -74,8 +75,8 @@ void SolverBodies::begin_body(const Scene& scene, std::uint32_t i) {
   }
   const double density = scene.densities()[i];
   orientations_[i] = Quat(pose.rotation);
-  // While a body turns its angular momentum stays, not its angular velocity: that is the gyroscopic torque. With the
-  // inertia of half a step ahead it is kept exactly, impulses included, and the energy to second order.
+  // While a body rotates its angular momentum is constant, not its angular velocity: the gyroscopic torque. With the
+  // inertia half a step ahead the momentum is conserved exactly, impulses included, and the energy to second order.
   Vec3 spin = scene.angular_velocities()[i];
   limit(spin, fastest_turn(scene.dt));
   Quat half = orientations_[i];

@@ -1,4 +1,4 @@
-// The bodies of a scene as a response moves them through a step.
+// The bodies of a scene as a response moves them in a step.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -12,25 +12,25 @@ namespace tandem {
 
 class SolverBodies {
  public:
-  /// `parallel` counts what threads may share.
+  /// `parallel` measures the time that threads may share.
   explicit SolverBodies(ParallelTime& parallel) : parallel_(parallel) {}
 
-  /// Takes over the scene's bodies.
+  /// Takes the scene's bodies.
   void begin_step(const Scene& scene, double max_speed);
-  /// Adds a velocity to all that move.
+  /// Adds a velocity to all bodies that move.
   void accelerate(const Vec3& change);
   /// Moves by the velocities for a time.
   void advance(double h);
-  /// Where a body has come to.
+  /// The present pose of a body.
   Pose end_of(const Scene& scene, std::uint32_t index) const;
-  /// Where all bodies of the scene end; one that is static goes as fast as it was told.
+  /// The end poses of all bodies; a static body moves with its given velocity.
   void find_ends(const Scene& scene, std::vector<Pose>& ends) const;
 
   struct End {
     Vec3 velocity, angular_velocity;
     double kinetic_energy = 0;
   };
-  /// Of a body that ends at a pose.
+  /// The state of a body that ends at a pose.
   End end_at(const Scene& scene, std::uint32_t index, const Pose& pose) const;
 
   std::vector<SolverBody>& all() { return bodies_; }  ///< one an index of the scene
@@ -38,7 +38,7 @@ class SolverBodies {
   const std::vector<std::uint32_t>& moving() const { return moving_; }
 
  private:
-  /// With density 1, in the shape's frame.
+  /// Mass properties with density 1, in the shape's frame.
   struct ShapeMass {
     double volume = 0;
     Vec3 centre;
@@ -55,12 +55,12 @@ class SolverBodies {
   std::uint64_t shape_changes_ = 0;
   std::vector<ShapeMass> shapes_;
   std::vector<SolverBody> bodies_;
-  std::vector<Quat> orientations_;  // one an index, and so are the rotations half a step ahead
+  std::vector<Quat> orientations_;  // one an index, as the rotations half a step ahead
   std::vector<Mat3> half_turned_;
   std::vector<std::uint32_t> moving_;
 };
 
-/// Bodies of one block that a thread takes at a time.
+/// Bodies in a block of a parallel loop.
 constexpr std::size_t response_bodies_a_block = 128;
 
 }  // namespace tandem

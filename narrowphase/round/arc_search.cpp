@@ -1,3 +1,4 @@
+// Minima of h on circles of directions, where one body's support has a kink.
 #include "round/arc_search.h"
 
 #include "round/circle_floor.h"
@@ -6,9 +7,9 @@
 namespace tandem {
 namespace {
 
-/// The least of h on spans of a circle, where it is `add` more than `supporting` reaches. Between two directions h is
-/// at least what the points that support them reach; where that is less than the best known, the direction in which
-/// both reach as far is looked at too.
+/// Finds the minimum of h on intervals of a circle, where h is the support of `supporting` plus `add`. Between two
+/// directions h is at least the support of the points that attain it at the ends; where that is less than the best
+/// known value, the direction in which the two points' supports are equal is examined, too.
 template <class Supporting>
 class SpanSearch {
  public:
@@ -57,7 +58,7 @@ class SpanSearch {
     return {out, p};
   }
 
-  /// Where the larger of what the two ends' points reach is least: where they are equal, or one of them least.
+  /// The minimum of the larger of the two end points' supports: where they are equal, or where one of them is least.
   double lowest(const Span& span, Vec3& out) const {
     const Vec3 &u = span.first.out, v = circle_.axis.cross(u), apart = span.first.p - span.last.p;
     double least = infinity;
@@ -66,7 +67,7 @@ class SpanSearch {
       const double value = std::max(n.dot(span.first.p), n.dot(span.last.p)) + add_;
       if (value < least) least = value, out = at;
     };
-    // k + a cos + b sin = 0, in the tangent of half the angle.
+    // k + a cos + b sin = 0, solved for the tangent of half the angle.
     const double k = lift_ * apart.dot(circle_.axis), a = radius_ * apart.dot(u), b = radius_ * apart.dot(v);
     const double root = std::sqrt(std::max(0.0, b * b + a * a - k * k)) - b;
     if (root > 0) {
@@ -84,7 +85,8 @@ class SpanSearch {
     return least;
   }
 
-  /// One end's point may reach as far at the other end: then between them too, unless it is least there.
+  /// True if the interval has no smaller value: one end's point may attain the support at the other end, too, and then
+  /// between them, unless its support is least there.
   bool ruled_out(const Span& span) const {
     const auto reaches = [&](const Vec3& p, const Vec3& out, const Vec3& own) {
       const double limit = m_.best.h - m_.rounding - add_ - lift_ * circle_.axis.dot(p);
@@ -93,7 +95,7 @@ class SpanSearch {
     return reaches(span.first.p, span.last.out, span.first.out) || reaches(span.last.p, span.first.out, span.last.out);
   }
 
-  /// So short a span holds one minimum: whether that is a known one, or is found from `out`.
+  /// True if so short an interval, which contains one minimum, contains a known one, or one is found from `out`.
   bool holds_known(const Span& span, const Vec3& out) {
     constexpr double narrow = 0.1;
     const Vec3 along = span.last.out - span.first.out;
@@ -107,7 +109,7 @@ class SpanSearch {
     };
     for (int i = 0; i < m_.count; ++i)
       if (holds(m_.known[i])) return true;
-    // From beside a narrow one a descent leads past it: then only what the points say counts.
+    // A descent that starts beside a narrow minimum passes it: then only the points' supports count.
     return width > tolerance::squared(tolerance::narrow_arc) && holds(m_.try_from(direction(out)));
   }
 

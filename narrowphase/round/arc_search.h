@@ -5,10 +5,12 @@
 
 namespace tandem {
 
-/// The least of h on a circle, one where body `which` has a kink or another through its centre.
+/// Finds the minimum of h on a circle of directions, either one where body `which` has a kink or one through its
+/// centre.
 void search_circle(Minima& m, int which, const Circle& circle, bool kink);
 
-/// The least of h on the arcs between the normals of a polytope's faces, where two of its corners reach as far.
+/// Finds the minimum of h on the arcs between the normals of a polytope's adjacent faces, on which two of its vertices
+/// are equally far.
 void search_face_arcs(Minima& m, int which, const FaceReach& reach);
 
 }  // namespace tandem

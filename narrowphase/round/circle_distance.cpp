@@ -1,3 +1,4 @@
+// The distance of two circles.
 #include "round/circle_distance.h"
 
 #include "tolerances.h"
@@ -11,16 +12,16 @@ struct Interval {
   static Interval of(double p, double q) { return {std::min(p, q), std::max(p, q)}; }
   Interval operator+(const Interval& o) const { return {low + o.low, high + o.high}; }
   Interval operator*(double k) const { return of(k * low, k * high); }
-  /// By numbers that are not negative.
+  /// The product with an interval of numbers >= 0.
   Interval by(const Interval& k) const {
     return {low * (low < 0 ? k.high : k.low), high * (high > 0 ? k.high : k.low)};
   }
 };
 
-/// The square of an angle (radians) that a arc is no longer than: the arc of a quarter is pi / sqrt(8) of its chord,
-/// that of less is less.
+/// The square of an upper bound on the angle (radians) of an arc: a quarter circle is pi / sqrt(8) times its chord,
+/// shorter arcs less.
 double longest_arc2(const CircleDistance::Arc& arc) {
-  constexpr double most = 1.234;  // the square of that, rounded up
+  constexpr double most = 1.234;  // the square of that ratio, rounded up
   return most * arc.chord2();
 }
 
@@ -32,7 +33,7 @@ CircleDistance::CircleDistance(const RoundBody& a, const RoundBody& b)
   const RoundBody &large = first_ ? a : b, &small = first_ ? b : a;
   large_ = large.radius(), small_ = small.radius();
   const Vec3 axis = large.axis(), other = small.axis(), cross = axis.cross(other);
-  // Of axes that are parallel to rounding any direction is square to both.
+  // For axes parallel to rounding any direction is perpendicular to both.
   Vec3 across = cross.norm() > 4 * epsilon ? cross.normalized() : any_perpendicular(axis);
   across = (across - across.dot(axis) * axis).normalized();
   frame_ << across, axis.cross(across), axis;
@@ -62,7 +63,7 @@ CircleDistance::Sample CircleDistance::at(double cosine, double sine) const {
   s.u = centre_[0] + small_ * cosine;
   s.w = centre_[1] + small_ * sine * upright_;
   s.x = centre_[2] - small_ * sine * lean_;
-  // On the larger circle's axis all of it is as near.
+  // On the larger circle's axis all of its points are equally near.
   s.off = std::max(std::sqrt(s.u * s.u + s.w * s.w), epsilon * large_);
   s.squared = s.x * s.x + (s.off - large_) * (s.off - large_);
   return s;
@@ -93,7 +94,7 @@ double CircleDistance::least_squared(const Arc& arc) const {
   const auto under = [&](const Sample& at, const Sample& to) {
     const double m = (at.off - large_) / at.off;
     const double g[2] = {2 * small_ * m * centre_[0], 2 * small_ * (m * out_ - (1 - m) * at.x * lean_)};
-    // Opposite the slope, where that is on the arc; else at an end.
+    // Opposite to the gradient, if that is on the arc; else at an end.
     if (g[0] * arc.first.sine > g[1] * arc.first.cosine && g[1] * arc.last.cosine > g[0] * arc.last.sine)
       return at.squared - std::sqrt(g[0] * g[0] + g[1] * g[1]) - (g[0] * at.cosine + g[1] * at.sine);
     return at.squared + std::min(0.0, g[0] * (to.cosine - at.cosine) + g[1] * (to.sine - at.sine));
@@ -102,7 +103,7 @@ double CircleDistance::least_squared(const Arc& arc) const {
 }
 
 int CircleDistance::arcs(double below, double rounding, Arc* all) const {
-  // Where the larger circle supports the sum: between these sines.
+  // The interval of sines where the larger circle supports the sum.
   double low = -1, high = 1;
   const double rise = -facing_[0] * small_ * lean_, start = facing_[0] * centre_[2];
   if (std::abs(rise) > rounding) {
@@ -123,7 +124,8 @@ int CircleDistance::arcs(double below, double rounding, Arc* all) const {
 
 bool CircleDistance::may_have_minimum(const Arc& arc, double below, double rounding) const {
   const auto& [first, last] = arc;
-  // What has a second derivative is that by an eighth of the square of the angle from between its ends at most.
+  // A function differs from the interval of its end values by at most its second derivative times an eighth of the
+  // square of the angle.
   const double square[2] = {first.off * first.off, last.off * last.off}, bulge = off_bend_ / 8 * longest_arc2(arc);
   const double least = std::max(std::sqrt(std::max(0.0, std::min(square[0], square[1]) - bulge)), large_ - below);
   const double most = std::min(std::sqrt(std::max(square[0], square[1]) + bulge), large_);
@@ -143,7 +145,7 @@ bool CircleDistance::may_have_minimum(const Arc& arc, double below, double round
   const Interval s = Interval::of(std::abs(first.sine), std::abs(last.sine));
   const Interval in = ((u * sign_c).by(c) + (w * (upright_ * sign_s)).by(s)).by(m) + (x * (lean_ * sign_s)).by(s);
   if (in.low >= -rounding) return false;
-  // Minus the sum along the tangent. Far from the axis the second is wide, near it the first.
+  // Minus the sum along the tangent, in two forms. Far from the axis the second interval is wide, near it the first.
   const Interval ahead =
       m.high < 1
           ? ((m * out_ + x.by({1 + m.low, 1 + m.high}) * lean_) * sign_c).by(c) + (m * (-centre_[0] * sign_s)).by(s)
@@ -162,12 +164,13 @@ CircleDistance::Minima CircleDistance::minima(const Arc& arc) const {
   const double half = 0.5 * std::sqrt(longest_arc2(arc));
   const double near = 0.5 * (first.off + last.off) - small_ * half;
   if (!(near > 0)) return Minima::unknown;
-  // By the angle the sum changes no faster than this, and what of it lies along what turns with the angle:
+  // Bounds on the derivatives by the angle: of the sum, and of its component along directions that rotate with the
+  // angle.
   const double k = large_ / near, change = small_ * std::max(1.0, k - 1);
   const double turned = change + std::sqrt(std::max(first.squared, last.squared)) + change * half;
-  // What changes no faster than v is within v times half of the angle from the mean of its ends. In bend() one over the
-  // distance from the axis changes by small_ / near of it, the cosine to the direction around that by 1 + small_ /
-  // near.
+  // A function with a derivative of at most v is within v times half of the angle of the mean of its ends. In bend()
+  // the inverse of the distance from the axis changes by at most small_ / near relatively, the cosine to the direction
+  // around it by 1 + small_ / near.
   const double rate = small_ * k * (3 * small_ / near + 2) + turned;
   const double mean = 0.5 * (bend(first) + bend(last)), spread = rate * half;
   if (mean + spread < 0) return Minima::none;
@@ -180,7 +183,7 @@ CircleDistance::Sample CircleDistance::minimum(Arc arc) const {
   double low = turn(arc.first), high = turn(arc.last);
   for (int i = 0; i < most && low < 0 && high > 0; ++i) {
     const Sample s = between(arc, low / (low - high));
-    // Neighbours in the last digits.
+    // They differ only in the last digits.
     if ((s.cosine == arc.first.cosine && s.sine == arc.first.sine) ||
         (s.cosine == arc.last.cosine && s.sine == arc.last.sine))
       return s;

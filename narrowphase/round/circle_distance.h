@@ -1,4 +1,4 @@
-// The distance of two circles, as which the depth of two discs shows.
+// The distance of two circles, to which the depth of two discs reduces.
 #pragma once
 #include "shapes/round_body.h"
 
@@ -16,24 +16,24 @@ class CircleDistance {
  public:
   CircleDistance(const RoundBody& a, const RoundBody& b);
 
-  /// From here on of these two; false where no sum shorter than `below` has both bodies supported along it.
+  /// Sets the two circles; false if no sum shorter than `below` has both bodies supported along it.
   bool take(int piece_a, int piece_b, double below, double rounding);
 
-  /// A point of the smaller circle by its angle, along the frame.
+  /// A point of the smaller circle by its angle, in the frame.
   struct Sample {
     double cosine, sine;
-    double u, w, x;  ///< beside the larger circle's axis, over its plane
-    double off;      ///< from that axis
-    double squared;  ///< of the length of the shortest sum
+    double u, w, x;  ///< coordinates across the larger circle's axis, and above its plane
+    double off;      ///< distance from that axis
+    double squared;  ///< squared length of the shortest sum
     double length() const { return std::sqrt(squared); }
   };
   Sample at(double cosine, double sine) const;
-  /// Unit, along the sum.
+  /// The unit vector along the sum.
   Vec3 direction(const Sample& s) const { return frame_ * sum(s) / s.length(); }
-  /// Are both bodies supported on these circles along the sum, beyond rounding?
+  /// True if both bodies are supported on these circles along the sum, beyond rounding.
   bool supports(const Sample& s, double rounding) const;
 
-  /// From one point to another, counterclockwise, within a quarter where cosine and sine are monotone.
+  /// An arc from one point to another, counterclockwise, within a quadrant, where cosine and sine are monotone.
   struct Arc {
     Sample first, last;
 
@@ -42,17 +42,18 @@ class CircleDistance {
       return c * c + s * s;
     }
   };
-  /// All that may have a minimum, a sum shorter than `below` along which both bodies are supported. Returns how many.
+  /// Sets all arcs that may have a minimum: a sum shorter than `below` along which both bodies are supported. Returns
+  /// how many.
   static constexpr int most_arcs = 4;
   int arcs(double below, double rounding, Arc* all) const;
-  /// May a arc have one? By arithmetic of intervals.
+  /// True if an arc may have a minimum, by interval arithmetic.
   bool may_have_minimum(const Arc& arc, double below, double rounding) const;
-  /// The square of what the sums of a arc are not shorter than.
+  /// A lower bound on the squared length of an arc's sums.
   double least_squared(const Arc& arc) const;
-  /// How many minima there are, supported or not.
+  /// The number of minima, supported or not.
   enum class Minima { none, one, unknown };
   Minima minima(const Arc& arc) const;
-  /// The one minimum of a arc. By regula falsi with halved weights (Dowell and Jarratt, The "Illinois" algorithm,
+  /// The only minimum of an arc. By regula falsi with halved weights (Dowell and Jarratt, The "Illinois" algorithm,
   /// 1971).
   Sample minimum(Arc arc) const;
   Sample middle(const Arc& arc) const { return between(arc, 0.5); }
@@ -62,22 +63,23 @@ class CircleDistance {
     const double m = (s.off - large_) / s.off;
     return {m * s.u, m * s.w, s.x};
   }
-  /// How fast turn() changes with the angle.
+  /// The derivative of turn() by the angle.
   double bend(const Sample& s) const;
-  /// Half of how fast the squared length changes with the angle, over the smaller radius.
+  /// Half of the derivative of the squared length by the angle, over the smaller radius.
   double turn(const Sample& s) const;
   Sample between(const Arc& arc, double weight) const;
 
   const RoundBody *a_, *b_;
   bool first_;            ///< a's circle is the larger
-  Mat3 frame_;            ///< columns: square to both axes, square to that and the larger's axis, that axis
+  /// Columns: perpendicular to both axes, perpendicular to that and the larger's axis, that axis.
+  Mat3 frame_;
   double large_, small_;  ///< radii
-  double lift_[2];        ///< of the larger and the smaller: circle_lift
+  double lift_[2];        ///< of the larger and the smaller circle: circle_lift
   double facing_[2] = {1, 1};
-  double lean_, upright_;       ///< the smaller's axis: 0, lean_, upright_
+  double lean_, upright_;       ///< components of the smaller circle's axis: 0, lean_, upright_
   Vec3 centre_ = Vec3::Zero();  ///< the sum of both centres
-  double out_ = 0;              ///< of it along the smaller circle's second axis; its first is the frame's
-  double off_bend_ = 0;         ///< the second derivative of the square of Sample::off by the angle is no larger
+  double out_ = 0;              ///< its component along the smaller circle's second axis; the first axis is the frame's
+  double off_bend_ = 0;         ///< upper bound on the second derivative of the squared Sample::off by the angle
 };
 
 }  // namespace tandem

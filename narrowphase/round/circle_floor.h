@@ -1,4 +1,4 @@
-// A bound from below on what a body reaches along the directions of a span of a circle.
+// A lower bound on a body's support over an interval of a circle of directions.
 #pragma once
 #include <algorithm>
 #include <utility>
@@ -8,19 +8,20 @@
 
 namespace tandem {
 
-/// A direction on a circle: what of it lies in the circle's plane, unit, and the point that supports it.
+/// A direction on a circle: its component in the circle's plane, unit, and the point that supports it.
 struct Sample {
   Vec3 out, p;
 };
 
-/// From one direction on a circle to another, counterclockwise, less than half a turn.
+/// An interval of directions on a circle, counterclockwise, less than half a turn.
 struct Span {
   Sample first, last;
 };
 
-/// What a body reaches at least along the directions of a span of a circle, by its circles: r sqrt(1 - (n . axis)^2) is
-/// concave in n . axis, so not below its chord over the span, which is linear in n. Two bodies with parallel axes, or
-/// almost, are nearly the same all around: points of theirs would have to be as dense as the span is short.
+/// A lower bound on a body's support over an interval of a circle of directions, by the body's circles: r sqrt(1 - (n .
+/// axis)^2) is concave in n . axis, so it is not below its chord over the interval, which is linear in n. For two
+/// bodies with (almost) parallel axes the support is nearly constant all around, and bounds by points would need as
+/// many points as the interval is short.
 class CircleFloor {
  public:
   explicit CircleFloor(const Circle& circle) : circle_(circle) {}
@@ -31,11 +32,11 @@ class CircleFloor {
       if (body.is_circle(piece)) centre_[count_++] = body.circle_centre(piece) + offset;
   }
 
-  /// Minus infinity where there is none.
+  /// The bound; minus infinity if there is none.
   double over(const Span& span) const {
     double most = -infinity;
     const double lift = circle_.height, radius = circle_.radius;
-    const auto spread = [&](const Vec3& v) {  // of v . n
+    const auto spread = [&](const Vec3& v) {  // the range of v . n
       const Vec3 flat = v - v.dot(circle_.axis) * circle_.axis;
       const double length = flat.norm(), at = lift * v.dot(circle_.axis);
       const double ends[2] = {radius * flat.dot(span.first.out), radius * flat.dot(span.last.out)};

@@ -1,3 +1,4 @@
+// The support of a polytope and a round body along the polytope's face normals.
 #include "round/face_reach.h"
 
 namespace tandem {

@@ -1,3 +1,4 @@
+// The support of a polytope and a round body along the polytope's face normals.
 #pragma once
 #include <cstdint>
 
@@ -6,18 +7,18 @@
 
 namespace tandem {
 
-/// How far a box, a triangle or a hull with a volume and a body with a circle reach together along the normals of the
-/// one's faces, and what that says of the arcs of directions between them. A triangle has two faces, 0 and 1, and one
+/// The common support of a box, a triangle or a hull with a volume, and a body with a circle, along the normals of the
+/// polytope's faces, with bounds on the arcs of directions between them. A triangle has two faces, 0 and 1, and one
 /// more across each edge, in its plane: 2 + i from its corner i on.
 class FaceReach {
  public:
-  static constexpr std::size_t most = 512;  ///< of more faces the rest is not known
+  static constexpr std::size_t most = 512;  ///< for more faces no bounds are known
 
   void measure(const RoundBody& polytope, const RoundBody& circle);
   bool known() const { return count_ > 0; }
 
   std::size_t faces() const { return count_; }
-  /// Unit, in the frame of both.
+  /// Unit, in the common frame.
   Vec3 normal(std::size_t face) const { return (axes_ * Vec3(m_[0][face], m_[1][face], m_[2][face])).normalized(); }
 
   struct Least {
@@ -26,8 +27,8 @@ class FaceReach {
   };
   Least least() const;
 
-  /// Do they reach at least as far as `limit` > 0 all along the arc between two adjacent faces' normals? The points
-  /// that are farthest at its ends reach along it no less than where they are level, or at the ends.
+  /// True if the support is at least `limit` > 0 all along the arc between two adjacent faces' normals. The points that
+  /// are farthest at its ends support at least as much as where the two are equal, or at the ends.
   bool reaches(std::size_t f, std::size_t g, double limit) const {
     if (f >= count_ || g >= count_) return false;
     const double from_at_g = base_[g] + along(g, f);
@@ -41,20 +42,20 @@ class FaceReach {
   }
 
  private:
-  /// Along the normal of face f, the circle's point that is farthest along g's.
+  /// The support along the normal of face f of the circle's point that is farthest along face g's.
   double along(std::size_t f, std::size_t g) const {
     return m_[0][f] * s_[0][g] + m_[1][f] * s_[1][g] + m_[2][f] * s_[2][g];
   }
 
   std::size_t count_ = 0;
   Mat3 axes_;          ///< of the circle
-  double m_[3][most];  ///< the normals along the circle's axes
-  double s_[3][most];  ///< there its farthest points
-  double base_[most];  ///< how far all else reaches
+  double m_[3][most];  ///< the normals in the circle's axes
+  double s_[3][most];  ///< the circle's farthest points along them
+  double base_[most];  ///< the support of all else
   double h_[most];
 };
 
-/// The normal of a polytope's face, unit, in the frame of both; of a triangle the reach's.
+/// The normal of a polytope's face, unit, in the common frame; for a triangle that of FaceReach.
 Vec3 face_normal(const RoundBody& body, const FaceReach& reach, std::size_t face);
 
 }  // namespace tandem

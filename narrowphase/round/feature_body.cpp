@@ -1,3 +1,4 @@
+// Bodies whose nearest features are searched: projections and features at a point.
 #include "round/feature_body.h"
 
 #include "round/hull_projection.h"
@@ -24,14 +25,14 @@ Feature hull_feature(const FeatureBody& body, const Spot& spot) {
   return f;
 }
 
-/// The axis square to a box's face that q lies on, or along its edge.
+/// The axis perpendicular to the box's face on which q lies, or along its edge.
 int box_axis(const ConvexView& box, const Vec3& q, double least, bool on_face) {
   int k = 0;
   while (k < 2 && (std::abs(q[k]) < box.param[static_cast<std::size_t>(k)] - least) == on_face) ++k;
   return k;
 }
 
-/// A box's edge, a capsule's segment, or a cylinder's side, which is its axis and a radius.
+/// Sets the line of a box's edge, a capsule's segment, or a cylinder's lateral surface, which is its axis and a radius.
 void set_line(const FeatureBody& body, const Vec3& q, double least, Feature& f) {
   const ConvexView& core = body.core;
   if (core.kind == ShapeKind::box) {
@@ -48,7 +49,7 @@ void set_line(const FeatureBody& body, const Vec3& q, double least, Feature& f) 
   f.low = -f.high;
 }
 
-/// From a face to what of the other body is farthest back along its normal.
+/// From a face to the point of the other body farthest back along its normal.
 bool face_to_body(const FeatureBody& body, const Feature& flat, const FeatureBody& other, double rounding,
                   NearestPoints& w) {
   w.n = flat.axis;

@@ -1,4 +1,4 @@
-// Bodies whose features are searched: where their nearest point to another is, and what feature it lies on.
+// Bodies whose nearest features are searched: the point nearest to another, and the feature on which it lies.
 #pragma once
 #include <limits>
 
@@ -7,10 +7,10 @@
 
 namespace tandem {
 
-/// A core where it stands, in A's frame.
+/// A posed core, in A's frame.
 struct FeatureBody {
   const ConvexView& core;
-  const Mat3* axes;  ///< null: those of the frame
+  const Mat3* axes;  ///< null: the frame's axes
   Vec3 centre;
 
   Vec3 turned_in(const Vec3& v) const { return axes != nullptr ? Vec3(axes->transpose() * v) : v; }
@@ -19,7 +19,7 @@ struct FeatureBody {
   Vec3 turned_out(const Vec3& v) const { return axes != nullptr ? Vec3(*axes * v) : v; }
   Vec3 axis(int k) const { return axes != nullptr ? Vec3(axes->col(k)) : Vec3(Vec3::Unit(k)); }
 
-  /// How far it reaches along n beyond its centre.
+  /// The support along n relative to its centre.
   double reach(const Vec3& n) const {
     const Vec3 m = turned_in(n);
     const double half = 0.5 * core.param[1];
@@ -40,28 +40,28 @@ struct FeatureBody {
       case ShapeKind::plane:
       case ShapeKind::triangle:
       case ShapeKind::mesh:
-        break;  // have no features (have_features)
+        break;  // kinds without features (have_features)
     }
     return std::numeric_limits<double>::infinity();
   }
   Vec3 support(const Vec3& n) const { return out(core_support(core, turned_in(n))); }
 };
 
-/// The point of a body nearest to another.
+/// The point of a body nearest to another point.
 struct Spot {
   Vec3 q;  ///< in the body's frame
   Surface surface;
-  bool inside = false;                            ///< the point moved lies in the body, farther than rounding
-  std::uint32_t vertex = 0, other = 0, face = 0;  ///< of a hull: as HullSpot has them
+  bool inside = false;                            ///< the given point lies in the body, deeper than rounding
+  std::uint32_t vertex = 0, other = 0, face = 0;  ///< for a hull: as in HullSpot
 };
 
-/// Moves p to the nearest point of the body. On a hull it is searched from where the last one was found, if any was.
+/// Moves p to the nearest point of the body. On a hull the search starts at the last result, if any.
 Spot project(const FeatureBody& body, Vec3& p, double least, const Spot* last = nullptr);
 
-/// The feature that the spot lies on.
+/// The feature on which the spot lies.
 Feature feature(const FeatureBody& body, const Spot& spot, double least);
 
-/// The nearest points of two features; w.n tells about where to. False where it leaves them.
+/// The nearest points of two features; w.n approximates the direction. False where it leaves them.
 bool nearest_points(const FeatureBody& a, const Feature& fa, const FeatureBody& b, const Feature& fb, double rounding,
                     NearestPoints& w);
 

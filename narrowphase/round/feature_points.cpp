@@ -1,3 +1,4 @@
+// The nearest points of two features, by closed forms and Newton's method.
 #include "round/feature_points.h"
 
 #include <algorithm>
@@ -9,9 +10,9 @@ namespace tandem {
 namespace {
 
 constexpr int newton_steps = 8;
-using tolerance::newton_end;  ///< radians: the step after so small a one changes no digit
+using tolerance::newton_end;  ///< radians: the step after one this small changes no digit
 
-/// Turns (c, s) by an angle below 1 and a bit.
+/// Rotates (c, s) by an angle of at most about 1.
 void turn(double& c, double& s, double angle) {
   const double t = 0.5 * angle, k = 1 / (1 + t * t), x = (1 - t * t) * k, y = 2 * t * k;
   const double turned = x * c - y * s;
@@ -21,10 +22,10 @@ void turn(double& c, double& s, double angle) {
 
 bool within(const Feature& f, double t, double rounding) { return t >= f.low - rounding && t <= f.high + rounding; }
 
-/// The unit vector along v or -v, whichever is not against n.
+/// The unit vector along v or -v, whichever has a product >= 0 with n.
 Vec3 unit_along(const Vec3& v, const Vec3& n) { return unit_or(v.dot(n) < 0 ? Vec3(-v) : v, n); }
 
-/// The line of a cone's side where its normal is `out`.
+/// The generator of a cone where its normal is `out`.
 Feature generator(const Feature& side, const Vec3& out) {
   Feature line = side;
   line.surface = Surface::straight;
@@ -32,7 +33,7 @@ Feature generator(const Feature& side, const Vec3& out) {
   return line;
 }
 
-/// From a corner to anything but a face.
+/// From a corner to any feature but a face.
 bool corner_to_feature(const Vec3& corner, const Feature& f, double rounding, NearestPoints& w) {
   w.a = corner;
   const Vec3 from = corner - f.point;
@@ -63,7 +64,7 @@ bool corner_to_feature(const Vec3& corner, const Feature& f, double rounding, Ne
   return within(f, up, rounding);
 }
 
-/// Two lines; `n` is square to both.
+/// Two lines; `n` is perpendicular to both.
 bool line_to_line(const Feature& a, const Feature& b, const Vec3& n, double rounding, NearestPoints& w) {
   const Vec3 between = b.point - a.point, across = a.axis.cross(b.axis);
   const double det = across.squaredNorm();
@@ -75,7 +76,7 @@ bool line_to_line(const Feature& a, const Feature& b, const Vec3& n, double roun
   return within(a, s, rounding) && within(b, t, rounding);
 }
 
-/// Two lines, or lines of cones' sides: their common normal is on a circle about each axis, and points from a to b.
+/// Two lines, or generators of cones: their common normal is on a circle about each axis, and points from a to b.
 bool straight_to_straight(const Feature& a, const Feature& b, double rounding, NearestPoints& w) {
   const Vec3 across = a.axis.cross(b.axis);
   const double det = across.squaredNorm();
@@ -87,7 +88,7 @@ bool straight_to_straight(const Feature& a, const Feature& b, double rounding, N
   const double d = a.axis.dot(b.axis), p = a.sine, q = -b.sine;
   const double x = (p - d * q) / det, y = (q - d * p) / det, rest = 1 - x * p - y * q;
   if (!(rest > 0)) {
-    // One of them ends before: b's cone, if it is one.
+    // One of the normals is limited to a cone: b's, if it is one.
     const bool in_b = b.surface == Surface::side;
     const Feature& side = in_b ? b : a;
     const Vec3 p = in_b ? w.b : w.a, from = p - side.point;
@@ -102,7 +103,7 @@ bool straight_to_straight(const Feature& a, const Feature& b, double rounding, N
   return line_to_line(in_a, in_b, n, rounding, w);
 }
 
-/// From a circle to a line, or to a cone's side.
+/// From a circle to a line, or to a cone's lateral surface.
 bool circle_to_line(Feature circle, const Feature& line, double rounding, NearestPoints& w) {
   const bool side = line.surface == Surface::side;
   const Vec3 from = circle.point - line.point;
@@ -112,7 +113,7 @@ bool circle_to_line(Feature circle, const Feature& line, double rounding, Neares
   double &c = circle.c, &s = circle.s;
   bool found = false;
   for (int step = 0; step < newton_steps && !found; ++step) {
-    // Half the squared distance from the line, by the angle.
+    // Half the squared distance from the line as a function of the angle.
     const double x = a + r * (c * uu + s * uv), y = b + r * (c * uv + s * vv);
     double first = r * (c * y - s * x), second = r * (r * (s * s * uu - 2 * s * c * uv + c * c * vv) - c * x - s * y);
     if (side) {
@@ -135,7 +136,7 @@ bool circle_to_line(Feature circle, const Feature& line, double rounding, Neares
     out = line.cosine * unit(out) + line.sine * line.axis;
     straight = generator(line, out);
   } else {
-    // Square to both: where they nearly touch, their difference is noise.
+    // Perpendicular to both: where they nearly touch, their difference is noise.
     const Vec3 across = line.axis.cross(c * circle.v - s * circle.u);
     out = unit_along(across.squaredNorm() > tolerance::square_lines2 ? across : out, -w.n);
   }
@@ -152,7 +153,7 @@ bool circle_to_circle(Feature a, Feature b, NearestPoints& w) {
     const Vec3 out_a = a.c * a.u + a.s * a.v, out_b = b.c * b.u + b.s * b.v;
     const Vec3 along_a = a.c * a.v - a.s * a.u, along_b = b.c * b.v - b.s * b.u;
     const Vec3 d = between + a.radius * out_a - b.radius * out_b;
-    // Of half the squared distance, over both radii.
+    // The gradient of half the squared distance, over both radii.
     const double ga = along_a.dot(d), gb = -along_b.dot(d);
     const double aa = a.radius - out_a.dot(d), bb = b.radius + out_b.dot(d), ab = -along_a.dot(along_b);
     const double det = aa * bb - a.radius * b.radius * ab * ab;

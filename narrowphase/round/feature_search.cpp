@@ -1,3 +1,4 @@
+// Finds the nearest features of two bodies, and the minimum of h by them.
 #include "round/feature_search.h"
 
 #include "round/feature_body.h"
@@ -8,13 +9,13 @@ namespace tandem {
 namespace {
 
 constexpr int rounds = 4;
-constexpr int turns = 4;           ///< of features a round
-constexpr double clearance = 0.1;  ///< of the smaller size
+constexpr int turns = 4;           ///< pairs of features tried a round
+constexpr double clearance = 0.1;  ///< fraction of the smaller size
 
 bool is_hull(const ConvexView& v) { return v.kind == ShapeKind::convex; }
 
-/// The search for the features that meet: nearest points of both bodies held apart, and from the features that they lie
-/// on the nearest points and the normal of these.
+/// The search for the nearest features: finds nearest points of both bodies held apart, and from the features on which
+/// these lie the features' nearest points and their normal.
 class FeatureSearch {
  public:
   FeatureSearch(const MinkowskiDifference& d, double below)
@@ -24,7 +25,7 @@ class FeatureSearch {
         a_{d.a, nullptr, Vec3::Zero()},
         b_{d.b, &d.pose.rotation, d.pose.translation} {}
 
-  /// `common`: as of search_features.
+  /// `common`: as for search_features.
   Support run(bool* common);
 
  private:
@@ -64,7 +65,7 @@ Support FeatureSearch::run(bool* common) {
   return found_;
 }
 
-/// The point of A nearest to B's centre, the point of B nearest to that, and the direction between.
+/// Begins with the point of A nearest to B's centre, the point of B nearest to that, and the direction between.
 void FeatureSearch::begin() {
   const Vec3 centre_b = b_.out(core_centre(d_.b));
   w_.a = centre_b;
@@ -77,7 +78,7 @@ void FeatureSearch::begin() {
   w_.n = unit_or(w_.n, found_.n);
 }
 
-/// One projection more separates nearly all that are well apart. True: the answer is there.
+/// One more projection separates nearly all pairs that are well apart. True: the answer is known.
 bool FeatureSearch::separated_by_projection(bool& common) {
   Vec3 p = w_.b;
   common = project(a_, p, rounding_).inside;
@@ -89,12 +90,13 @@ bool FeatureSearch::separated_by_projection(bool& common) {
   return true;
 }
 
-/// Nearest points of the bodies while B stands off by `shift`, and the normal between them. False: one is inside.
+/// Finds nearest points of the bodies while B is moved away by `shift`, and the normal between them. False: one is
+/// inside.
 bool FeatureSearch::bring_near(int round, bool near, const Vec3& shift) {
   b_.centre = d_.pose.translation + shift;
   w_.b += shift;
   to_a(w_);
-  // A hull's features are small: guesses had better be closer.
+  // A hull's features are small, so the initial points should be closer: project once more.
   if ((is_hull(d_.a) || is_hull(d_.b)) && (round > 0 || near)) to_b(w_), to_a(w_);
   if (spot_a_.surface == Surface::corner) to_b(w_);
   if (lost()) return false;
@@ -104,7 +106,8 @@ bool FeatureSearch::bring_near(int round, bool near, const Vec3& shift) {
   return true;
 }
 
-/// The nearest points of the features that the points lie on; where a feature ends before, to and fro from its end.
+/// Finds the nearest points of the features on which the points lie; where a feature ends before, continues by
+/// projections from its end.
 bool FeatureSearch::meet(const Vec3& shift) {
   const bool from_a = d_.a.kind == ShapeKind::box || (is_hull(d_.a) && !is_hull(d_.b));
   NearestPoints points = w_;
@@ -132,7 +135,7 @@ bool FeatureSearch::meet(const Vec3& shift) {
   return false;
 }
 
-/// Are these the nearest points of the bodies? They are if the bodies reach no farther along the normal.
+/// True if these are the nearest points of the bodies: the bodies' supports along the normal are not larger.
 bool FeatureSearch::accept(const NearestPoints& points) {
   const double reached = reach(points.n);
   const Vec3 off = points.a - points.b - reached * points.n;

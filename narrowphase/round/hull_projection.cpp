@@ -1,3 +1,4 @@
+// The point of a hull nearest to another, by a search over its features (Lin and Canny 1991).
 #include "round/hull_projection.h"
 
 #include <algorithm>
@@ -32,11 +33,11 @@ class HullDescent {
     return At::end;
   }
 
-  /// Along the edge that comes nearest to p.
+  /// Moves to the edge that comes nearest to p.
   At from_corner() {
     const Vec3 v = hull_.vertices[spot_.vertex], d = p_ - v;
     const std::uint32_t end_of_ring = hull_.neighbour_first[spot_.vertex + 1];
-    double best = 0, best2 = 1;  // how far along the edge, times its length, and that squared
+    double best = 0, best2 = 1;  // distance along the edge times its length, and that squared
     for (std::uint32_t i = hull_.neighbour_first[spot_.vertex]; i < end_of_ring; ++i) {
       const Vec3 e = hull_.vertices[hull_.neighbours[i]] - v;
       const double along = e.dot(d), length2 = e.squaredNorm();
@@ -51,7 +52,7 @@ class HullDescent {
     return At::edge;
   }
 
-  /// To the face over which p lies beside the edge, if there is one.
+  /// Moves to the face beside the edge over which p lies, if there is one.
   At from_edge() {
     spot_.other = hull_.neighbours[spoke_];
     const Vec3 v = hull_.vertices[spot_.vertex], e = hull_.vertices[spot_.other] - v, q = v + fraction_ * e, r = p_ - q;
@@ -67,7 +68,7 @@ class HullDescent {
     return end(Surface::straight, q);
   }
 
-  /// To the edge beyond which p lies the farthest, if there is one.
+  /// Moves to the edge beyond which p lies farthest, if there is one.
   At from_face() {
     const Hull::Face& f = hull_.faces[spot_.face];
     const std::uint32_t* loop = hull_.loop.data() + f.first;
@@ -96,8 +97,8 @@ class HullDescent {
   const Hull& hull_;
   const Vec3 p_;
   HullSpot spot_;
-  std::uint32_t spoke_ = 0;  ///< of the edge from spot_.vertex
-  double fraction_ = 0;      ///< along it
+  std::uint32_t spoke_ = 0;  ///< of the edge, counted at spot_.vertex
+  double fraction_ = 0;      ///< position along it
 };
 
 }  // namespace

@@ -1,23 +1,23 @@
-// The local minima found of what two bodies reach together along directions.
+// The local minima found of h, the support of two bodies' difference.
 #pragma once
 #include "round/support_descent.h"
 #include "shapes/work_meter.h"
 
 namespace tandem {
 
-/// Units of work on a hull's edges before a limit is first looked at: most hulls have fewer.
+/// Work on a hull's edges, in units of the meter, before a limit is first checked: most hulls have fewer.
 inline constexpr int few_edges = 512;
 
-/// The minima of h that are known while the least is searched for.
+/// The known minima of h during the search for the least.
 struct Minima {
   static constexpr int most_known = 24;
 
   const RoundPair& pair;
-  double rounding;  ///< metres: what is less by no more is not less
+  double rounding;  ///< metres: smaller differences count as equal
   Support best;
   Vec3 known[most_known];  ///< their directions
   int count = 0;
-  double gap = 0;  ///< how much less than best.h the least may be, of what was left out
+  double gap = 0;  ///< by how much the least may be below best.h, because of what was left out
 
   Minima(const RoundPair& pair_, const Support& start)
       : pair(pair_), rounding(16 * epsilon * pair_.scale), best(start) {}

@@ -1,3 +1,4 @@
+// The point nearest the origin of the hull of points in a plane.
 #include "round/nearest_flat.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Points of a plane: which of their hull's points is nearest the origin.
+// The point nearest the origin of the hull of points in a plane.
 #pragma once
 
 namespace tandem {
@@ -6,21 +6,20 @@ namespace tandem {
 /// A sum of two bodies' points in a plane.
 struct PlaneSum {
   double x, y;
-  int i, j;  ///< of the first body's point i and the second's j
+  int i, j;  ///< indices: the first body's point i and the second's j
 };
 
-/// The point nearest the origin of the hull of points in the plane, and the at
-/// most three that carry it.
+/// The point nearest the origin of the hull of points in the plane, and the at most three points that support it.
 struct NearestFlat {
   double x = 0, y = 0;
   int index[3] = {0, 0, 0};
   double weight[3] = {1, 0, 0};
   int count = 1;
 };
-/// Of `count` >= 1 points.
+/// For `count` >= 1 points.
 NearestFlat nearest_flat(const PlaneSum* p, int count);
 
-/// Is the origin inside the hull of the points, and not on its border?
+/// True if the origin is in the interior of the points' hull.
 bool surrounded(const PlaneSum* p, int count, double tolerance);
 
 }  // namespace tandem

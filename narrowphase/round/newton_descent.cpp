@@ -1,3 +1,4 @@
+// Newton's method on h over the sphere of directions.
 #include "round/newton_descent.h"
 
 #include <algorithm>
@@ -11,26 +12,28 @@ namespace {
 
 constexpr int max_newton_steps = 64;
 
-/// Two unit vectors that make a right-handed frame with n (Duff et al.,
-/// Building an Orthonormal Basis, Revisited, 2017).
+/// Two unit vectors that make a right-handed frame with n (Duff et al., Building an Orthonormal Basis, Revisited,
+/// 2017).
 void tangents(const Vec3& n, Vec3& u, Vec3& v) {
   const double sign = std::copysign(1.0, n[2]), a = -1 / (sign + n[2]), b = n[0] * n[1] * a;
   u = {1 + sign * n[0] * n[0] * a, sign * b, -sign * n[0]};
   v = {b, sign + n[1] * n[1] * a, -n[1]};
 }
 
-/// Where two circles meet, on n's side, for a small one or nearly parallel axes. Told from the smaller: its radius says
-/// how far from its axis that is, which what its height leaves of 1 says to rounding over the radius only.
+/// The intersection of two circles on n's side, for a small one or nearly parallel axes. Computed from the smaller: its
+/// radius gives its distance from the axis accurately, while 1 minus its height squared has an error of rounding over
+/// the radius.
 Vec3 meet_on(const Circle& small, const Circle& other, const Vec3& n) {
   const Vec3 c = small.axis.cross(other.axis);
-  // The product of nearly parallel axes, as of a needle's edges, is off by rounding over its length, along them, too.
+  // The cross product of nearly parallel axes, as of a needle's edges, has errors of rounding over its length, also
+  // along the axes.
   const Vec3 across = (c - c.dot(small.axis) * small.axis).normalized(), along = across.cross(small.axis);
   const double away = (other.height - small.axis.dot(other.axis) * small.height) / c.norm(), r = small.radius;
   const double x = std::clamp(away, -r, r), y = std::copysign(std::sqrt((r - x) * (r + x)), across.dot(n));
   return (small.height * small.axis + x * along + y * across).normalized();
 }
 
-/// Where two circles meet, on n's side; false where they are (nearly) the same.
+/// The intersection of two circles on n's side; false if they are (nearly) the same.
 bool meet(const Circle& a, const Circle& b, Vec3& n) {
   const Vec3 c = a.axis.cross(b.axis);
   const double det = c.squaredNorm();
@@ -48,10 +51,10 @@ bool meet(const Circle& a, const Circle& b, Vec3& n) {
   return true;
 }
 
-/// The unit vector square to the circle's axis that points to n; any where n is on the axis.
+/// The unit vector perpendicular to the circle's axis towards n; any if n is on the axis.
 Vec3 off_axis(const Circle& c, const Vec3& n) {
   Vec3 out = n;
-  for (int twice = 0; twice < 2; ++twice) {  // near the axis the first leaves mostly rounding
+  for (int twice = 0; twice < 2; ++twice) {  // near the axis the first pass leaves mostly rounding
     out -= out.dot(c.axis) * c.axis;
     const double length = out.norm();
     if (!(length > 0)) return any_perpendicular(c.axis);
@@ -63,8 +66,8 @@ Vec3 off_axis(const Circle& c, const Vec3& n) {
 
 }  // namespace
 
-/// h and the least subgradient at n, whose first pieces' points are known;
-/// keeps the pieces that carry it.
+/// Computes h and the least subgradient at n, for which the points of the first pieces are known; keeps the pieces that
+/// support it.
 void NewtonDescent::weigh() {
   const Vec3 sum = at_.point[0] + at_.point[1];
   at_.h = at_.n.dot(sum);
@@ -110,7 +113,7 @@ void NewtonDescent::weigh() {
   }
 }
 
-/// Near the axis of a circle: its disc may be the minimum.
+/// Near the axis of a circle: checks whether its disc is the minimum.
 bool NewtonDescent::at_disc() {
   for (int b = 0; b < 2; ++b) {
     const RoundBody& body = pair_.body[b];
@@ -127,8 +130,7 @@ bool NewtonDescent::at_disc() {
       at_ = disc;
       return true;
     }
-    // Newton's steps towards a point where h is a cone would never leave it:
-    // start on the side where it falls.
+    // Newton's steps towards a point where h is a cone would never leave it: start on the side where h falls.
     for (double angle = std::min(0.3, away.norm() / (std::abs(disc.h) + body.radius()));
          angle > tolerance::descent_angle; angle *= 0.4) {
       const Vec3 n = (disc.n + angle * away.normalized()).normalized();
@@ -154,8 +156,8 @@ NewtonDescent::Trial NewtonDescent::follow(const Arc& arc, double t) const {
   return r;
 }
 
-/// Along the arc by t, or less: until h decreases or a piece is met. False
-/// where rounding lets nothing more be gained.
+/// Moves along the arc by t, or less: until h decreases or another piece takes over. False where rounding prevents any
+/// gain.
 bool NewtonDescent::go(const Arc& arc, double t, double slope) {
   for (int halving = 0; halving < 40; ++halving, t *= 0.4) {
     Trial trial = follow(arc, t);
@@ -165,14 +167,14 @@ bool NewtonDescent::go(const Arc& arc, double t, double slope) {
     trial.h = trial.n.dot(point[0] + point[1]);
     if (trial.h > at_.h + small()) continue;
     if (trial.h > at_.h - small() && slope * t < tolerance::descent_end * pair_.scale && trial.body < 0) {
-      // h is known to rounding: only the subgradient still tells.
+      // h is known to rounding: only the subgradient still shows progress.
       if (slope >= 0.5 * last_) {
         at_.optimal = slope <= tolerance::descent_flat * pair_.scale;
         return false;
       }
       last_ = slope;
     } else {
-      last_ = infinity;  // h tells again: slopes of a saddle that was left say nothing of those to come
+      last_ = infinity;  // h shows progress again: earlier slopes near a saddle do not count for later ones
     }
     stuck_ = trial.body >= 0 && (trial.n - at_.n).squaredNorm() < tolerance::standing_still2 ? stuck_ + 1 : 0;
     at_.n = trial.n;
@@ -181,7 +183,7 @@ bool NewtonDescent::go(const Arc& arc, double t, double slope) {
       const RoundBody& body = pair_.body[trial.body];
       ActivePieces& active = active_[trial.body];
       active.add(body, trial.from, trial.other);
-      // Exactly onto the circles.
+      // Projects exactly onto the circles.
       Circle circles[2];
       int count = 0;
       for (int b = 0; b < 2; ++b)
@@ -211,11 +213,11 @@ bool NewtonDescent::step_freely() {
   }
   double w[3] = {-at_.h, 0, -at_.h};
   for (int b = 0; b < 2; ++b) pair_.body[b].add_curvature(active_[b].piece[0], at_.n, u_, v_, w);
-  // Eigenvalues and vectors of the Hessian of h on the sphere.
+  // Eigenvalues and eigenvectors of the Hessian of h on the sphere.
   const double mean = 0.5 * (w[0] + w[2]), half = 0.5 * (w[0] - w[2]);
   const double spread = std::sqrt(half * half + w[1] * w[1]);
   const double high = mean + spread, low = mean - spread;
-  double c = 1, s = 0;  // of `high`
+  double c = 1, s = 0;  // the eigenvector of `high`
   if (spread > 0) {
     if (half >= 0) {
       c = half + spread, s = w[1];

@@ -1,4 +1,4 @@
-// Newton's method on h within cells of the sphere of directions, along the circles where these meet, and at discs.
+// Newton's method on h: within cells of the sphere of directions, along the circles that divide these, and at discs.
 #pragma once
 #include "round/body_pair.h"
 
@@ -6,14 +6,14 @@ namespace tandem {
 
 /// The smooth pieces of a body whose points support a direction equally.
 struct ActivePieces {
-  static constexpr int capacity = 4;  ///< a face of a box
+  static constexpr int capacity = 4;  ///< those of a face of a box
 
   int piece[capacity];
   int count = 1;
 
   void add(const RoundBody& body, int from, int other) {
     if (body.kind() == ShapeKind::box && count == 2) {
-      // The whole face: a box has no diagonals.
+      // The whole face: no piece is a diagonal of a box's face.
       const int bit = from ^ other, first = piece[0], second = piece[1];
       piece[2] = first ^ bit, piece[3] = second ^ bit;
       count = 4;
@@ -24,7 +24,7 @@ struct ActivePieces {
   }
 };
 
-/// One descent, as `minimize` has it, which may miss a piece and end too high: h is what its pieces say.
+/// A descent as in `minimize`, which may miss a piece and end too high: h is the value of its pieces.
 class NewtonDescent {
  public:
   NewtonDescent(const RoundPair& pair, const Vec3& start, double below) : pair_(pair), below_(below) {
@@ -39,7 +39,7 @@ class NewtonDescent {
   struct Trial {
     Vec3 n;
     double h;
-    int body = -1;  ///< whose piece `other` takes over from `from` at n; -1: none
+    int body = -1;  ///< the body whose piece `other` replaces `from` at n; -1: none
     int from = 0, other = 0;
   };
 
@@ -66,7 +66,7 @@ class NewtonDescent {
   Support at_;
   ActivePieces active_[2];
   Vec3 u_, v_;               // tangents at n
-  double zx_ = 0, zy_ = 0;   // the least subgradient of h in them
+  double zx_ = 0, zy_ = 0;   // the least subgradient of h in these
   bool checked_[2][2] = {};  // discs known not to be a minimum
   int stuck_ = 0;            // steps that were stopped at once: then the subgradient is
                              // followed, then the circle that stops them
@@ -75,9 +75,8 @@ class NewtonDescent {
                             // h no longer tells
 };
 
-/// The disc of body `which` that faces `side` times its axis as the supporting
-/// face: optimal where it meets the other body's face. Else `away` is the
-/// tangent in which h falls most, as long as it falls fast.
+/// The disc of body `which` that faces along `side` times its axis as the supporting face: optimal if it touches the
+/// other body's face. Otherwise `away` is the tangent in which h falls most, as long as it falls fast.
 Support facing_disc(const RoundPair& pair, int which, double side, Vec3& away);
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// The depth of two bodies of which one is round: the least minimum of h.
 #include "round/round_depth.h"
 
 #include <utility>
@@ -13,7 +14,7 @@
 namespace tandem {
 namespace {
 
-/// Is it a triangle that no rounding makes a segment?
+/// True for a triangle that is not a segment to rounding.
 bool spans_plane(std::span<const Vec3> v) {
   if (v.size() != 3) return false;
   const Vec3 a = v[1] - v[0], b = v[2] - v[0], c = v[2] - v[1];
@@ -21,14 +22,14 @@ bool spans_plane(std::span<const Vec3> v) {
   return a.cross(b).squaredNorm() > tolerance::spans_plane2 * longest2 * longest2;
 }
 
-/// Is the body's core one point, a ball's or all of its corners?
+/// True if the body's core is one point: a ball's, or all of its vertices coincide.
 bool is_point(const RoundBody& body) {
   const std::span<const Vec3> corners = body.view().vertices;
   if (corners.empty()) return body.kind() == ShapeKind::sphere;
   return std::all_of(corners.begin(), corners.end(), [&](const Vec3& v) { return v == corners.front(); });
 }
 
-/// The axis about which the body is the same all around, but for rounding; zero where there is none, or any.
+/// The axis about which the body is rotationally symmetric, to rounding; zero if there is none, or any.
 Vec3 axis_of_revolution(const RoundBody& body) {
   if (body.has_circle() || body.kind() == ShapeKind::capsule) return body.axis();
   if (body.is_segment()) return body.axes() * (body.view().vertices[1] - body.view().vertices[0]).stableNormalized();
@@ -43,7 +44,7 @@ Vec3 axis_of_revolution(const RoundBody& body) {
 
 class Search {
  public:
-  /// From a minimum of h, or from any direction, from which is then not descended if another one is better.
+  /// From a minimum of h, or from any direction, from which no descent is made if another one is better.
   Search(const RoundPair& pair, const Support& start, bool descended)
       : pair_(pair), m_(pair, start), descended_(descended) {
     if (descended) m_.note(start.n);
@@ -70,8 +71,8 @@ class Search {
   FaceReach reach_[2];  ///< of a polytope with a circle
 };
 
-/// Is the face, whose normal n is, where the other body reaches farthest, well over its middle? Then h is least there
-/// among all directions near, and no descent is needed to tell.
+/// True if the other body is supported well inside the face with normal n. Then h has a local minimum there, and no
+/// descent is needed.
 bool Search::try_face(int which, std::size_t face, const Vec3& n) {
   const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
   if (body.kind() == ShapeKind::triangle) return false;
@@ -94,7 +95,7 @@ bool Search::try_face(int which, std::size_t face, const Vec3& n) {
   return true;
 }
 
-/// Is the body a polytope whose faces and arcs between them have all minima that a circle alone does not?
+/// True if the body is a polytope whose faces and arcs between them have all minima that lie on no circle alone.
 bool Search::by_arcs(int which) const {
   const RoundBody& body = pair_.body[which];
   if (!pair_.body[1 - which].has_circle()) return false;
@@ -102,13 +103,13 @@ bool Search::by_arcs(int which) const {
   return body.kind() == ShapeKind::box || (body.kind() == ShapeKind::convex && body.hull().dimension == 3);
 }
 
-/// The directions where minima like to sit: the axes of both, the common perpendicular, normals of faces.
+/// Tries directions that are often minima: the axes of both, the common perpendicular, normals of faces.
 void Search::try_axes() {
   Vec3 axes[12];
   int count = 0;
   double least = m_.best.h;
   Vec3 from = m_.best.n;
-  int face_of = -1;  // whose face's normal `from` is
+  int face_of = -1;  // the body whose face's normal `from` is
   std::size_t face_number = 0;
   for (int which = 0; which < 2; ++which) {
     const RoundBody& body = pair_.body[which];
@@ -148,7 +149,7 @@ void Search::try_axes() {
   if (face_of < 0 || !try_face(face_of, face_number, from)) m_.try_from(from);
 }
 
-/// Is there a minimum near the face with normal n, towards which h falls? w supports it along n.
+/// True if there is a minimum near the face with normal n, towards which h falls; w supports it along n.
 bool Search::is_known(const Vec3& n, const Vec3& w) const {
   for (int i = 0; i < m_.count; ++i) {
     const double c = m_.known[i].dot(n);
@@ -157,10 +158,10 @@ bool Search::is_known(const Vec3& n, const Vec3& w) const {
   return false;
 }
 
-/// By a polytope that grows within A - B until no face is nearer than the best minimum; returns what is not known.
+/// Expands a polytope within A - B until no face is nearer than the best minimum; returns the remaining uncertainty.
 double Search::expand() {
-  constexpr double narrow = 0.02;  // radians: a hole so small holds one minimum
-  constexpr int a_face = 64;       // units of work: with a descent
+  constexpr double narrow = 0.02;  // radians: so small a hole contains one minimum
+  constexpr int a_face = 64;       // units of work, with a descent
   SupportPolytope polytope(pair_, m_.rounding);
   WorkMeter meter(pair_.difference.limit);
   meter.spend(a_face);
@@ -195,8 +196,8 @@ double Search::expand() {
   }
 }
 
-/// How far points of one body are at most from where they would be if both were the same all around one axis (metres);
-/// infinity if they are not nearly so.
+/// A bound on how far points of one body are from where they would be if both were rotationally symmetric about one
+/// axis (metres); infinity if they are not nearly so.
 double Search::off_axis() const {
   const RoundBody &a = pair_.body[0], &b = pair_.body[1];
   const Vec3 u = axis_of_revolution(a), v = axis_of_revolution(b), middle = a.middle() + b.middle();
@@ -205,20 +206,20 @@ double Search::off_axis() const {
   return sine < tolerance::leaning_axes ? u.cross(middle).norm() + 2 * sine * b.view().size : infinity;
 }
 
-/// The least of h in a plane through the axis about which both bodies are the same all around: there is no less
-/// elsewhere. Returns what is not known of it.
+/// The least of h in a plane through the axis about which both bodies are symmetric, which is the least of all. Returns
+/// its uncertainty.
 double Search::search_meridian() {
   const Vec3 axis = axis_of_revolution(pair_.body[0]), across = axis.cross(m_.best.n);
   const double sine = across.norm();
   const double known = std::exchange(m_.gap, 0.0);
-  // Through the best direction known, so that it is found again; not where it hardly tells the plane.
+  // Through the best known direction, so that it is found again, unless it hardly determines the plane.
   search_circle(m_, pair_.body[0].kind() == ShapeKind::ellipsoid ? 1 : 0,
                 {sine > tolerance::leaning_axes ? Vec3(across / sine) : any_perpendicular(axis)}, false);
   return std::exchange(m_.gap, known);
 }
 
-/// From the normals of a hull's faces that are less far: those of a flat hull lie so near each other that a descent
-/// from a polytope's face finds one of their minima.
+/// Descends from the normals of a hull's faces with smaller supports: those of a flat hull lie so close together that a
+/// descent from a polytope's face finds only one of their minima.
 void Search::try_faces(int which) {
   const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
   const Hull& hull = body.hull();
@@ -231,8 +232,8 @@ void Search::try_faces(int which) {
   }
 }
 
-/// The least of h of a hull that is hardly deep, all around those of its edges that reach as far as its deepest corner:
-/// a needle's have minima so near each other that descents from a polytope's faces find one of them.
+/// The least of h for a hull that is hardly deep, all around those of its edges that support as much as its deepest
+/// vertex: a needle's minima lie so close together that descents from a polytope's faces find only one of them.
 void Search::search_near_edges(int which) {
   if (!(m_.best.h < tolerance::near_surface * pair_.scale)) return;
   const RoundBody& body = pair_.body[which];
@@ -249,7 +250,7 @@ void Search::search_near_edges(int which) {
   }
 }
 
-/// Minima where a support has a kink: on arcs between faces, and on circles.
+/// Searches minima where a support has a kink: on arcs between faces, and on circles.
 void Search::search_kinks() {
   for (int which = 0; which < 2 && m_.best.h > 0; ++which) {
     const RoundBody& body = pair_.body[which];
@@ -276,10 +277,10 @@ void Search::search_kinks() {
   }
 }
 
-/// One of the two is an ellipsoid. True where the minimum found is the least for sure: the other is a point.
+/// For pairs with an ellipsoid. True if the minimum found is certainly the least: the other body is a point.
 bool Search::search_ellipsoid() {
-  // Among stretched ellipsoids, and between one and what has edges, a minimum may be narrower than a grid of
-  // directions: of such pairs one in 500 got a depth too large from it, up to 2 %.
+  // Ratio of radii: between stretched ellipsoids, and between one and a body with edges, a minimum may be narrower than
+  // a grid of directions: 1 in 500 of such pairs got a depth too large by up to 2 %.
   constexpr double stretched = 4;
   const RoundBody &a = pair_.body[0], &b = pair_.body[1];
   if (is_point(a) || is_point(b)) {
@@ -296,7 +297,7 @@ bool Search::search_ellipsoid() {
     search_ellipsoids(m_);
     return false;
   }
-  // Where h is as low all around the axis, points of a polytope would have to be as dense there as the bound is tight.
+  // Where h is as low all around the axis, a polytope would need points as dense as the bound is tight.
   const double off = off_axis(), around = off < infinity ? search_meridian() + 2 * off : infinity;
   if (around > tolerance::search_left * pair_.scale && m_.best.h > 0) m_.gap = std::max(m_.gap, expand());
   m_.gap = std::min(m_.gap, around);

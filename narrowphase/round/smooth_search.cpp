@@ -1,3 +1,4 @@
+// Minima of h where both supports are smooth: two circles, ellipsoids.
 #include "round/smooth_search.h"
 
 #include "round/circle_distance.h"
@@ -5,7 +6,7 @@
 namespace tandem {
 namespace {
 
-/// By branch and bound: arcs of the smaller circle are halved until they are known to have one minimum, or none.
+/// By branch and bound: arcs of the smaller circle are halved until each is known to have one minimum, or none.
 void search_arcs(Minima& m, const CircleDistance& circles) {
   using Sample = CircleDistance::Sample;
   using Found = CircleDistance::Minima;
@@ -26,7 +27,7 @@ void search_arcs(Minima& m, const CircleDistance& circles) {
     if (least >= limit * limit) continue;
     const Found minima = circles.minima(arc);
     if (minima == Found::one) evaluate(circles.minimum(arc));
-    // An arc as short as rounding is what its ends are, and these were looked at.
+    // An arc as short as rounding equals its ends, which have been examined.
     if (minima != Found::unknown || arc.chord2() <= nothing * nothing) continue;
     if (halved++ >= most) {
       m.gap = std::max(m.gap, m.best.h - std::sqrt(std::max(0.0, least)));
@@ -51,8 +52,8 @@ void search_circles(Minima& m) {
 }
 
 void search_ellipsoids(Minima& m) {
-  // The corners of an icosahedron and the middles of its edges: 42 directions,
-  // none farther than 21 degrees from one.
+  // The vertices of an icosahedron and the centres of its edges: 42 directions, such that every direction is within 21
+  // degrees of one.
   constexpr double phi = 1.61803398874989484820, c = 0.52573111211913360603, d = phi * c;
   constexpr double q = 0.5 / phi, w = 0.5 * phi;
   constexpr double base[21][3] = {{0, c, d},    {0, c, -d},   {c, d, 0},    {c, -d, 0},   {d, 0, c},    {-d, 0, c},

@@ -4,10 +4,11 @@
 
 namespace tandem {
 
-/// On a circle of each.
+/// Minima on a circle of each body.
 void search_circles(Minima& m);
 
-/// On two ellipsoids, or one and a ball: from wherever Newton's step is not seen to lead to a known one.
+/// Minima for two ellipsoids, or one and a ball: descends from grid directions from which Newton's step does not lead
+/// to a known minimum.
 void search_ellipsoids(Minima& m);
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// Local minima of h by Newton's method, and by a sequence of convex problems.
 #include "round/support_descent.h"
 
 #include "convex/gjk.h"
@@ -7,17 +8,17 @@
 namespace tandem {
 namespace {
 
-// Relative to RoundPair::scale, without unit.
+// Both relative to RoundPair::scale.
 
-/// What h by supports is rounded by: sums of some ten products of rounded numbers.
+/// The rounding error of h by supports: sums of some ten products of rounded numbers.
 constexpr double height_rounding = 64 * epsilon;
-/// How far two points that bear out a distance to rounding may be from h n apart: beside h they have n's rounding,
-/// times radii of curvature. With more, distances were taken for right that were off by as much; with less, descents
-/// that have arrived go on in `settle`.
+/// The distance from h n up to which two points confirm a distance to rounding: in addition to h's error they have that
+/// of n, times radii of curvature. With a larger one wrong distances were accepted; with a smaller one descents that
+/// have arrived continue in `settle`.
 constexpr double meeting = 512 * epsilon;
 
-/// Turns n to the difference of the two points: an error of n shows in how far they are from h n apart, but only by
-/// its square in their distance and in h.
+/// Rotates n to the difference of the two points: an error of n shows to first order in the points' distance from h n,
+/// but only to second order in their distance and in h.
 void straighten(const RoundPair& pair, Support& s) {
   const double rounding = height_rounding * pair.scale;
   const Vec3 p = s.point[0] + s.point[1];
@@ -28,10 +29,10 @@ void straighten(const RoundPair& pair, Support& s) {
   if (h <= s.h + rounding && (p - h * n).squaredNorm() < off) s.n = n, s.h = h;
 }
 
-/// How far the points are from bearing out that h n joins them.
+/// The distance of the points' sum from h n.
 double residual(const Support& s) { return (s.point[0] + s.point[1] - s.h * s.n).norm(); }
 
-/// Do they bear it out to rounding?
+/// True if the points confirm h n to rounding.
 bool meets(const RoundPair& pair, const Support& s) { return residual(s) <= meeting * pair.scale; }
 
 }  // namespace
@@ -46,8 +47,8 @@ Support minimize(const RoundPair& pair, const Vec3& n, double below) {
     for (int i = 0; i < tries; ++i) {
       NewtonDescent newton(pair, s.n, below);
       Support end = newton.run();
-      // Where the circles of two bodies meet, or cells are smaller than rounding, a piece may be missed: begin again,
-      // or, where that has led uphill, stay.
+      // Where circles of the two bodies intersect, or cells are smaller than rounding, a piece may be missed: start
+      // again, or, if that has led uphill, stop.
       const double reached = end.h;
       end.h = end.n.dot(pair.support(end.n));
       if (end.h > newton.started() + rounding) return false;
@@ -68,7 +69,7 @@ Support minimize(const RoundPair& pair, const Vec3& n, double below) {
     return p.h < q.h - rounding || (p.h <= q.h + rounding && residual(p) < residual(q));
   };
   if (settled.h < below || meets(pair, settled)) return found(settled);
-  // Newton's method has the last digits.
+  // Newton's method gives the last digits.
   s = settled;
   run_newton();
   if (!better(s, settled)) s = settled;
@@ -91,7 +92,8 @@ Support settle(const RoundPair& pair, const Vec3& n, double below) {
     best.n = n, best.h = h, best.point[0] = a, best.point[1] = b;
     least = off;
   };
-  // The nearer, the less the last digits of the direction found matter to where it ends, and the less exact it is.
+  // The nearer, the less the last digits of the direction matter for the end point, and the less exact the direction
+  // is.
   for (const double out : {tolerance::moved_apart * pair.scale, tolerance::far_apart * pair.scale,
                            tolerance::round_least_apart * pair.scale}) {
     Vec3 from = best.n;
@@ -100,7 +102,7 @@ Support settle(const RoundPair& pair, const Vec3& n, double below) {
       const double shift = std::max(0.0, h + out);
       moved.pose.translation = pair.difference.pose.translation + shift * from;
       const GjkResult r = gjk(moved, tolerance::ends_at_standstill, infinity, -infinity);
-      // Each of its body, whatever rounding made of their difference.
+      // The point of each body, whatever the rounding of their difference.
       Vec3 a = Vec3::Zero(), b = shift * from;
       for (int i = 0; i < r.simplex.count; ++i) {
         a += r.simplex.weight[i] * r.simplex.p[i].a;

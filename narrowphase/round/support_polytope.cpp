@@ -1,3 +1,4 @@
+// The expanding polytope within A - B, for round bodies.
 #include "round/support_polytope.h"
 
 #include <utility>
@@ -48,7 +49,7 @@ bool SupportPolytope::begin(const Support& start) {
   return true;
 }
 
-/// Marks the faces that see w, from one on, and lists them; how many.
+/// Marks and lists the faces that see w, starting with one; returns how many.
 int SupportPolytope::find_seen(int face, const Vec3& w, int* seen, bool* is_seen) const {
   int count = 0;
   std::fill(is_seen, is_seen + faces_, false);
@@ -66,7 +67,7 @@ int SupportPolytope::find_seen(int face, const Vec3& w, int* seen, bool* is_seen
   return count;
 }
 
-/// Puts edges in their order around. False where they are not one loop.
+/// Sorts the edges into a loop. False if they are not a single loop.
 bool SupportPolytope::make_loop(HorizonEdge* horizon, int edges) {
   for (int k = 0; k + 1 < edges; ++k) {
     int found = -1;
@@ -81,7 +82,7 @@ bool SupportPolytope::make_loop(HorizonEdge* horizon, int edges) {
   return horizon[edges - 1].to == horizon[0].from;
 }
 
-/// A face from each edge of the horizon to the new vertex.
+/// Makes a face from each edge of the horizon to the new vertex.
 void SupportPolytope::close_horizon(const HorizonEdge* horizon, int edges, int added) {
   int first = -1, last = -1;
   for (int k = 0; k < edges; ++k) {

@@ -4,7 +4,7 @@
 
 namespace tandem {
 
-/// The hull of points of A - B, some 480 at most, and of its faces those still to be looked at.
+/// The hull of points of A - B, at most some 480, and which of its faces are still to be examined.
 class SupportPolytope {
  public:
   struct Face {
@@ -13,12 +13,12 @@ class SupportPolytope {
     Vec3 normal;  ///< unit, outward
   };
 
-  /// `rounding`: metres; points no farther beyond a face lie on it.
+  /// `rounding`: metres; points no farther beyond a face count as on it.
   SupportPolytope(const RoundPair& pair, double rounding) : pair_(pair), rounding_(rounding) {}
 
-  /// A tetrahedron that has the support's point for a corner. False where A - B is flat there but for rounding.
+  /// Makes a tetrahedron with the support's point as a vertex. False if A - B is flat there, to rounding.
   bool begin(const Support& start);
-  /// The face nearest the origin of those still to be looked at.
+  /// The face nearest the origin of those still to be examined.
   int nearest() const {
     int nearest = 0;
     for (int i = 1; i < faces_; ++i)
@@ -26,12 +26,12 @@ class SupportPolytope {
     return nearest;
   }
   const Face& face(int i) const { return face_[i]; }
-  /// How far from the origin a face's plane is, while it is to be looked at; else infinity.
+  /// The distance of a face's plane from the origin, if the face is still to be examined; else infinity.
   double offset(int i) const { return key_[i]; }
   void leave(int i) { key_[i] = infinity; }
-  /// How far within its triangle the origin's foot on the face lies; negative: outside.
+  /// The distance of the origin's projection on the face from the triangle's border, if inside; negative outside.
   double foot_margin(int face) const;
-  /// Adds w, seen by `face`. False if there is no room, or the horizon is not one loop: rounding has the last word.
+  /// Adds w, seen by `face`. False if there is no room, or rounding makes the horizon more than one loop.
   bool add(int face, const Vec3& w);
 
  private:
@@ -52,7 +52,7 @@ class SupportPolytope {
   Vec3 vertex_[max_vertices];
   int vertices_ = 0;
   Face face_[max_faces];
-  double key_[max_faces];     ///< offset of the faces still to be looked at, else infinity
+  double key_[max_faces];     ///< offset of the faces still to be examined, else infinity
   double offset_[max_faces];  ///< infinity: a free slot or a sliver
   int faces_ = 0;
   int free_[max_faces];

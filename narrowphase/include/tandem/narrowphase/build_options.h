@@ -6,15 +6,15 @@
 
 namespace tandem {
 
-/// How a mesh is made ready for queries. What is built depends on none of it.
+/// Options for building a mesh's hierarchy. The result does not depend on them.
 struct BuildOptions {
-  /// Shares the work between threads; empty: the caller does it alone.
+  /// Distributes the work over threads; empty: the caller does all of it.
   PartRunner parts{};
-  /// Ends the work (work_limit.h): WorkStopped is thrown and nothing is left of it. Looked at before and after each
-  /// pass over some thousand triangles. Null: none.
+  /// Ends the work (work_limit.h): WorkStopped is thrown, and no result is kept. Checked before and after each pass
+  /// over some thousand triangles. Null: none.
   const WorkLimit* limit = nullptr;
-  /// How much of the work is done, in (0, 1], rising, some hundred times at most, 1 at the end; from the threads that
-  /// work, one at a time. What it throws ends the work and is thrown. Empty: nobody asks.
+  /// Reports the fraction of the work done, in (0, 1], increasing, at most some hundred times, 1 at the end; called on
+  /// the working threads, one at a time. An exception ends the work and is rethrown. Empty: no reports.
   std::function<void(double part)> progress{};
 };
 

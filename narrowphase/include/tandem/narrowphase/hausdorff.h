@@ -6,17 +6,17 @@
 
 namespace tandem {
 
-/// How closely a Hausdorff distance is looked for, and how long.
+/// Accuracy and limits of the search for a Hausdorff distance.
 struct HausdorffOptions {
-  /// The search ends where the bounds are no farther apart than this (metres, finite, >= 0) ...
+  /// The search ends when the bounds differ by at most this (metres, finite, >= 0) ...
   double tolerance = 0;
-  /// ... or than this part of the upper one, [0, 1] ...
+  /// ... or by this fraction of the upper one, [0, 1] ...
   double gap = 1e-3;
-  /// ... or where the upper one is no more than this part of the surfaces' size (half the diagonals of their boxes
-  /// together), [0, 1]: of surfaces that are one, cut into other triangles, the distance is 0, and no bound is within a
-  /// part of it. All three 0: to rounding, or `most_parts`.
+  /// ... or when the upper one is at most this fraction of the surfaces' size (the sum of half the diagonals of their
+  /// boxes), [0, 1]: for the same surface triangulated in two ways the distance is 0, and no bound is within a fraction
+  /// of it. All three 0: to rounding, or until `most_parts`.
   double least = 1e-4;
-  /// Boxes and pieces of triangles that are looked at, at most; each may be held, in some 100 bytes.
+  /// The most boxes and pieces of triangles that are examined; each may be held, in some 100 bytes.
   std::size_t most_parts = 1'000'000;
   /// Ends the search (work_limit.h): WorkStopped is thrown. Null: none.
   const WorkLimit* limit = nullptr;
@@ -25,11 +25,11 @@ struct HausdorffOptions {
 /// Bounds on the Hausdorff distance of two surfaces: the largest distance from a point of either to the other.
 struct HausdorffBounds {
   double lower = 0, upper = 0;  ///< metres
-  /// A point of A's surface where `of_a`, else of B's, that is `lower` away from the other, and the point of the other
-  /// that is nearest to it; world.
+  /// A point of A's surface if `of_a`, else of B's, at distance `lower` from the other surface, and the nearest point
+  /// of that; world.
   Vec3 point = Vec3::Zero(), nearest = Vec3::Zero();
   bool of_a = true;
-  std::size_t parts = 0;  ///< that were looked at
+  std::size_t parts = 0;  ///< boxes and pieces that were examined
 };
 
 /// Bounds the Hausdorff distance of the surfaces of two meshes (or triangles), solid or not; insides do not count. By

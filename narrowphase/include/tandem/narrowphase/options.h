@@ -10,36 +10,38 @@ namespace tandem {
 struct WorkLimit;
 
 struct NarrowPhaseOptions {
-  /// Error the user accepts, relative to the bodies' size, [0, 0.1]; 0: to rounding. The cheapest solver of the
-  /// table that meets it is taken.
+  /// The error that the user accepts, relative to the bodies' size, [0, 0.1]; 0: to rounding. Selects the cheapest
+  /// solver of the table that meets it.
   double tolerance = 0;
-  /// Request::contacts also reports gaps up to this, as negative depths (metres, finite, >= 0). Two meshes that
-  /// intersect report what intersects alone.
+  /// Request::contacts also reports points up to this distance, with negative depths (metres, finite, >= 0). Two meshes
+  /// that intersect report only their intersections.
   double margin = 0;
-  /// Request::distance tells of pairs farther apart than this (metres, >= 0, infinity is allowed) no more than that:
-  /// PairAnswer::farther. What is farther is left out of hierarchies.
+  /// Request::distance reports of pairs farther apart than this (metres, >= 0, infinity is allowed) only that they are:
+  /// PairAnswer::farther. Farther parts of hierarchies are skipped.
   double cutoff = std::numeric_limits<double>::infinity();
-  /// Forces the solver of that name (`solvers()` lists them) wherever it covers the pair; empty: the table's choice.
+  /// Forces the solver of that name (`solvers()` lists them) wherever it covers the pair; empty: the choice of the
+  /// table.
   std::string solver{};
-  /// Shares the work on a pair of very large meshes, by subtrees; the answer does not depend on it. Empty: the caller.
+  /// Distributes the work on a pair of very large meshes over threads, by subtrees; the answer does not depend on it.
+  /// Empty: the caller does all of it.
   PartRunner parts{};
-  /// Request::contacts says of two meshes that are apart how far at least. False: it says 0, which saves up to a
-  /// twelfth of the time of those that nearly touch; but where a margin counts between them (`mesh_margin`) it says
-  /// that all the same, as it is found then anyway.
+  /// Request::contacts gives a lower bound on the distance of two separated meshes. False: it gives 0, which saves up
+  /// to a twelfth of the time of those that nearly touch; where a margin counts between them (`mesh_margin`) the bound
+  /// is given all the same, since it is found anyway.
   bool mesh_gaps = true;
-  /// Request::contacts proves of a mesh that moving by the deepest contact separates it from what it collides with, or
-  /// replaces that contact, and bounds the error. False: Status::unproven; saves a yes/no and some distances of points
-  /// a pair, and hundredfold that of meshes deep in each other.
+  /// Request::contacts with a mesh proves that a translation by the deepest contact separates the pair, or replaces
+  /// that contact, and bounds the error of the depth. False: Status::unproven; saves a collision verdict and some
+  /// distances of points for each pair, and a hundred times that for meshes deep in each other.
   bool mesh_bounds = true;
-  /// Whether the margin counts between two meshes. False: they report what intersects alone; many pairs of triangles
-  /// lie within a margin that is not small beside them, and to look at them takes up to ten times as long.
+  /// The margin counts between two meshes. False: they report only their intersections; many pairs of triangles lie
+  /// within a margin that is not small relative to them, and to examine these takes up to ten times as long.
   bool mesh_margin = true;
   /// Ends work on a pair before it is done (work_limit.h), from this thread or another; must outlive the queries. Null:
-  /// none. Without it, and as long as it is not reached, it changes no bit.
+  /// none. Until it is reached it does not change any bit.
   const WorkLimit* limit = nullptr;
-  /// Where contacts with meshes take memory that what is on the stack does not suffice for; given back before the call
-  /// returns. Used by one call at a time: calls from several threads need options each. Must outlive the queries. It
-  /// changes no bit. Null: std::pmr::get_default_resource().
+  /// Memory for contacts with meshes beyond what fits on the stack; released before the call returns. Used by one call
+  /// at a time: calls from several threads need separate options. Must outlive the queries. Does not change any bit.
+  /// Null: std::pmr::get_default_resource().
   std::pmr::memory_resource* memory = nullptr;
 };
 

@@ -6,26 +6,27 @@
 
 namespace tandem {
 
-/// How closely a depth is looked for, and how long.
+/// Accuracy and limits of the search for a depth.
 struct DepthOptions {
-  /// The bounds that are wanted: `upper` at most this much larger than `lower`, relative to `upper`, [0, 1].
+  /// The wanted gap of the bounds: `upper` at most this much larger than `lower`, relative to `upper`, [0, 1].
   double gap = 0.05;
-  /// Boxes of translations that are looked at, at most: more time, better bounds. 0: the bounds that are known without.
+  /// The most boxes of translations that are examined: more time, better bounds. 0: only the bounds known without a
+  /// search.
   std::size_t most_boxes = 20'000;
-  /// Ends the search (work_limit.h): the bounds reached by then are told (`incomplete`); WorkStopped is thrown only
-  /// where it is reached before the distance's bounds are known. Null: none.
+  /// Ends the search (work_limit.h): the bounds reached by then are returned (`incomplete`); WorkStopped is thrown only
+  /// if the limit is reached before the distance's bounds are known. Null: none.
   const WorkLimit* limit = nullptr;
 };
 
-/// What is known of how deep two shapes are in each other: the length of the shortest translation of B after which they
-/// no longer collide.
+/// Bounds on the depth of two shapes in each other: the length of the shortest translation of B after which they no
+/// longer collide.
 struct DepthBounds {
   bool collide = false;             ///< false: they are apart, all else is 0
   double lower = 0;                 ///< metres: after every shorter translation they still collide
   double upper = 0;                 ///< metres: the length of `translation`; at least `lower`
-  Vec3 translation = Vec3::Zero();  ///< of B in the world: after it they do not collide, which was tested exactly
-  std::size_t boxes = 0;            ///< of translations that were looked at
-  bool incomplete = false;          ///< the limit ended the search: all the above holds, and more was to be had
+  Vec3 translation = Vec3::Zero();  ///< of B in the world: after it they do not collide, as was tested exactly
+  std::size_t boxes = 0;            ///< boxes of translations that were examined
+  bool incomplete = false;          ///< the limit ended the search: the bounds hold, but could have been better
 };
 
 /// Bounds on the depth. Where Request::distance knows the depth (Status::ok), it is that. Else, of two

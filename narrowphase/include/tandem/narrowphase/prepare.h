@@ -4,10 +4,10 @@
 
 namespace tandem {
 
-/// Makes now what queries of a mesh make when they first need it, which takes some ten milliseconds for 100,000
-/// triangles: its hull, whether it is that, what of it hangs together, cones of its normals. Copies of the shape share
-/// it. From any thread. Nothing for other kinds, nor for a mesh that bends (DeformableMesh), whose queries do without
-/// most of it. Throws WorkStopped where the limit (null: none) ended it.
+/// Computes in advance the data of a mesh that queries otherwise compute when they first need it, in some ten
+/// milliseconds for 100,000 triangles: its hull, whether it equals that, its connected components, cones of its
+/// normals. Copies of the shape share the data. From any thread. Does nothing for other kinds, nor for a deforming mesh
+/// (DeformableMesh), whose queries do without most of it. Throws WorkStopped if the limit (null: none) ended it.
 void prepare(const Shape& shape, const WorkLimit* limit = nullptr);
 
 }  // namespace tandem

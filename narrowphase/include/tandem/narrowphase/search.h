@@ -1,4 +1,4 @@
-// What searches that tell what they find, one after the other, have in common.
+// Common options and results of searches that report what they find item by item.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -10,16 +10,16 @@ namespace tandem {
 /// Why a search ended.
 enum class SearchEnd : std::uint8_t {
   done,        ///< all was visited
-  by_visitor,  ///< it returned false
+  by_visitor,  ///< the visitor returned false
   stopped,     ///< the limit was reached first
 };
 
-/// How a search is made.
+/// Options of a search.
 struct SearchOptions {
   /// Ends the search (work_limit.h); null: none.
   const WorkLimit* limit = nullptr;
-  /// How much of the search is done, (0, 1], rising, some hundred times at most, on the calling thread, 1 at the end of
-  /// a search that is done; empty: nobody asks.
+  /// Reports the fraction of the search done, (0, 1], increasing, at most some hundred times, on the calling thread, 1
+  /// at the end of a complete search; empty: no reports.
   std::function<void(double part)> progress{};
 };
 

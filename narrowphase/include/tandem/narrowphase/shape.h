@@ -14,7 +14,7 @@ namespace tandem {
 struct BuildOptions;  // build_options.h
 struct WorkLimit;     // work_limit.h
 
-/// Shapes as a user gives them, each in its own frame, SI units. Lengths are 0 (where it says so) or 1e-30 to 1e30.
+/// Shapes as given by users, each in its own frame, SI units. Lengths are 0 (where permitted) or 1e-30 to 1e30.
 struct Sphere { double radius = 0; };                      ///< radius >= 0; 0 is a point
 struct Box { Vec3 size = Vec3::Zero(); };                  ///< full edge lengths > 0, centred
 struct Capsule { double radius = 0; double length = 0; };  ///< radius > 0; core segment of length >= 0 along z, centred
@@ -28,7 +28,7 @@ struct Triangle { std::array<Vec3, 3> vertices; };         ///< may have no area
 struct Mesh {
   std::vector<Vec3> vertices;
   std::vector<std::array<std::uint32_t, 3>> triangles;
-  /// true: the inside counts too; each edge must then have as many triangles that run along it one way as the other.
+  /// True: the inside counts too; each edge must then have as many triangles in one direction as in the other.
   bool solid = false;
 };
 
@@ -46,33 +46,33 @@ struct ShapeInsides;
 struct SharedParts;
 }  // namespace detail
 
-/// Box in doubles, world axes.
+/// An axis-aligned box in doubles, world axes.
 struct Bounds {
   Vec3 lo;
   Vec3 hi;
 };
 
-/// What a body weighs with density 1, about its centre of mass, in the shape's frame. For shapes without a volume
-/// of their own (triangle, open mesh, flat hull) it is that of the bounding box, widened to a hundredth of its size.
+/// Mass properties with density 1, about the centre of mass, in the shape's frame. For shapes without a volume
+/// (triangle, open mesh, flat hull) those of the bounding box, widened to a hundredth of its size.
 struct MassProperties {
   double volume;   ///< m^3
   Vec3 centre;     ///< m
   Mat3 inertia;    ///< m^5: multiply by density
 };
 
-/// Bytes that a shape holds beside itself; copies share them.
+/// Heap memory of a shape in bytes; copies share it.
 struct ShapeMemory {
   std::size_t surface = 0;    ///< a mesh's vertices and triangles
-  std::size_t adjacency = 0;  ///< which triangles lie side by side, which vertices are one
+  std::size_t adjacency = 0;  ///< which triangles are neighbours, which vertices coincide
   std::size_t hierarchy = 0;  ///< boxes, and the corners in single precision
-  std::size_t hull = 0;       ///< of a convex or triangle; of a mesh none before a query has needed it
+  std::size_t hull = 0;       ///< of a convex or triangle; for a mesh 0 until a query has needed it
   std::size_t other = 0;
 
   std::size_t total() const { return surface + adjacency + hierarchy + hull + other; }
 };
 
-/// A checked shape, ready for queries; immutable, cheap to copy, safe to share between threads.
-/// Every constructor throws std::invalid_argument that names the field, its value and what is allowed.
+/// A checked shape, ready for queries; immutable, cheap to copy, safe to share between threads. Every constructor
+/// throws std::invalid_argument that names the field, its value and what is allowed.
 class Shape {
  public:
   Shape(const Sphere&);
@@ -82,16 +82,17 @@ class Shape {
   Shape(const Cone&);
   Shape(const Ellipsoid&);
   Shape(const HalfSpace&);  ///< normal and offset are divided by the normal's length
-  Shape(const Plane&);      ///< the same
+  Shape(const Plane&);      ///< as for HalfSpace
   explicit Shape(const Convex&);  ///< builds the hull
   Shape(const Triangle&);
   explicit Shape(Mesh);  ///< builds a hierarchy of boxes
-  Shape(Mesh, const PartRunner& parts);  ///< the same, the work shared by `parts`
-  /// Builds a hierarchy of boxes, watched and ended as the options say; throws WorkStopped where it was ended.
+  Shape(Mesh, const PartRunner& parts);  ///< the same, with the work distributed by `parts`
+  /// Builds a hierarchy of boxes with these options; throws WorkStopped if the limit ended it.
   Shape(Mesh, const BuildOptions& options);
 
   /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a
-  /// thick triangle. Of sphere, capsule and half-space one of the same kind; of others the mass stays the core's.
+  /// thick triangle. A sphere, capsule or half-space becomes one of the same kind; for others the mass stays the
+  /// core's.
   Shape rounded(double radius) const;
   double rounding() const { return rounding_; }  ///< metres; other parameters are the core's
 
@@ -109,23 +110,23 @@ class Shape {
   double offset() const { return param_[3]; }                           ///< halfspace, plane
   /// Convex: the corners of the hull, in the order given; triangle, mesh: as given; else empty.
   std::span<const Vec3> vertices() const;
-  /// Triangle, mesh: corners as indices of vertices, else empty. Triangles of a mesh that hang together go round alike,
-  /// those of a closed one counterclockwise seen from outside.
+  /// Triangle, mesh: corners as indices of vertices, else empty. Connected triangles of a mesh are oriented alike,
+  /// those of a closed one counterclockwise as seen from outside.
   std::span<const std::array<std::uint32_t, 3>> triangles() const;
-  bool is_solid() const;  ///< the inside counts too: all but planes, triangles and meshes that are surfaces
+  bool is_solid() const;  ///< the inside counts too: true except for planes, triangles and meshes that are surfaces
 
-  /// Smallest box in world axes that holds the posed shape (half-space, plane: +-1e300 on open sides).
+  /// The smallest box in world axes that contains the posed shape (half-space, plane: +-1e300 on open sides).
   Bounds bounds(const Pose& pose) const { return bounds(pose, nullptr); }
-  /// The same box. A mesh's hull is built when its box is first asked for; the limit may end that: WorkStopped is
-  /// thrown, and who asks next builds it. Null: none.
+  /// The same. A mesh's hull is built when its box is first asked for; the limit may end that: WorkStopped is thrown,
+  /// and the next call builds it. Null: none.
   Bounds bounds(const Pose& pose, const WorkLimit* limit) const;
-  /// Diagonal of the box in the shape's frame; the unit of relative errors. Half-space and plane have 0, a point too.
+  /// The diagonal of the box in the shape's frame; the unit of relative errors. 0 for half-space, plane and a point.
   double size() const { return size_; }
-  const MassProperties& mass() const;  ///< made when first asked for, from any thread
+  const MassProperties& mass() const;  ///< computed at the first call, from any thread
   ShapeMemory memory_by_part() const;
-  std::size_t memory() const { return memory_by_part().total(); }  ///< bytes held beside the shape itself
+  std::size_t memory() const { return memory_by_part().total(); }  ///< heap memory in bytes
 
-  /// Names what copies of a shape share: of two shapes the same only if one is a copy of the other.
+  /// Identifies the data that copies of a shape share: equal for two shapes only if one is a copy of the other.
   const void* identity() const { return parts_.get(); }
 
  private:
@@ -137,10 +138,10 @@ class Shape {
   std::array<double, 4> param_{};
   double size_ = 0;
   double rounding_ = 0;
-  std::shared_ptr<const detail::SharedParts> parts_;  // one pointer for all: there may be a shape a body
+  std::shared_ptr<const detail::SharedParts> parts_;  // a single pointer, since there may be a shape for each body
 };
 
-/// Two shapes where they are, none of them owned.
+/// Two posed shapes, not owned.
 struct PlacedPair {
   const Shape* a;
   const Pose* pose_a;

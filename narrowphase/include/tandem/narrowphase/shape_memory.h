@@ -1,4 +1,4 @@
-// What several shapes hold of memory.
+// The memory of several shapes.
 #pragma once
 #include <cstddef>
 #include <span>
@@ -7,7 +7,8 @@
 
 namespace tandem {
 
-/// Bytes held beside these shapes; what several of them share, as copies do and a shape and its rounded one, once.
+/// Heap memory of these shapes in bytes; data that several share, as copies do and a shape and its rounded version,
+/// count once.
 std::size_t memory_of(std::span<const Shape> shapes);
 
 }  // namespace tandem

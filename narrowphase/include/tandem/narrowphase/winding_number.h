@@ -20,10 +20,10 @@ struct VoxelSolidOptions;
 /// angle of any surface with the same border. Immutable, cheap to copy, safe to share between threads.
 class WindingNumber {
  public:
-  /// Throws std::invalid_argument, as Shape does, for a mesh that is none. `mesh.solid` does not matter.
+  /// Throws std::invalid_argument, as Shape does, for data that are not a mesh. `mesh.solid` does not matter.
   explicit WindingNumber(const Mesh& mesh);
 
-  /// The winding number at a place in the mesh's frame, finite; on the surface any number between those on its two
+  /// The winding number at a point in the mesh's frame, finite; on the surface any number between those on its two
   /// sides.
   double at(const Vec3& place) const;
 
@@ -34,17 +34,18 @@ class WindingNumber {
 };
 
 struct VoxelSolidOptions {
-  double size = 0;                                ///< of a cell, metres, > 0
-  double least = 0.5;                             ///< winding number of a cell's middle that counts as inside, finite
-  std::size_t most_cells = std::size_t{1} << 24;  ///< of the mesh's box; more are refused
+  double size = 0;  ///< edge of a cell, metres, > 0
+  /// Winding number from which on a cell's centre counts as inside, finite.
+  double least = 0.5;
+  std::size_t most_cells = std::size_t{1} << 24;  ///< cells of the mesh's box; more are refused
   const WorkLimit* limit = nullptr;               ///< ends the work (work_limit.h): WorkStopped is thrown. Null: none
 };
 
-/// A solid for a mesh that need not be closed: the cubes of a grid whose middles have at least that winding number, as
-/// `voxels` makes it, in the mesh's frame. Of a closed mesh its surface is nowhere farther from the mesh's than half a
-/// cell's diagonal; parts thinner than a cell may be missing. Over a hole it is closed by what the winding number says
-/// there, which is a guess that the caller asked for. Throws std::invalid_argument for a bad option, more cells, or
-/// where no cell is inside, as of a mesh that is turned inside out.
+/// A solid for a mesh that need not be closed: the cubes of a grid whose centres have at least that winding number, as
+/// made by `voxels`, in the mesh's frame. For a closed mesh its surface is within half a cell's diagonal of the mesh's;
+/// parts thinner than a cell may be missing. Over a hole it is closed where the winding number crosses `least`, which
+/// is a guess that the caller asked for. Throws std::invalid_argument for a bad option, too many cells, or if no cell
+/// is inside, as for a mesh that is inside out.
 Shape voxel_solid(const Mesh& mesh, const VoxelSolidOptions& options);
 
 }  // namespace tandem
