@@ -1,3 +1,4 @@
+// Progress and limit of the building of a mesh.
 #include "shapes/build_meter.h"
 
 #include <algorithm>
@@ -7,7 +8,7 @@ namespace tandem {
 void BuildMeter::spend(std::size_t work) {
   if (options_.limit != nullptr && options_.limit->reached()) throw WorkStopped();
   const std::size_t before = done_.fetch_add(work, std::memory_order_relaxed), now = before + work;
-  // The last time is kept for the end.
+  // The last report is made by finish().
   if (options_.progress && now * times / work_ > before * times / work_) tell(std::min(now, work_ - 1));
 }
 
@@ -15,8 +16,8 @@ void BuildMeter::finish() {
   if (options_.progress) tell(work_);
 }
 
-// Threads come here in any order: who comes late, or while another one tells, has nothing to tell. Nobody waits: a
-// user's function that waits for tasks may come to run one of these passes itself.
+// Threads come here in any order: a thread that is late, or comes while another one reports, reports nothing. No thread
+// waits: a user's function that waits for tasks may be given one of these passes itself.
 void BuildMeter::tell(std::size_t done) {
   if (telling_.exchange(true, std::memory_order_acquire)) return;
   if (done > told_) {

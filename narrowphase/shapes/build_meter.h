@@ -1,4 +1,4 @@
-// How far the building of a mesh is, and whether it is to go on.
+// The progress of building a mesh, and its limit.
 #pragma once
 #include <atomic>
 #include <cstddef>
@@ -7,22 +7,22 @@
 
 namespace tandem {
 
-/// Shared by the threads that build.
+/// Counts the work of building; shared by the threads that build.
 class BuildMeter {
  public:
-  /// Of so much work; `options` outlive it.
+  /// For this much work in all; `options` must outlive it.
   BuildMeter(const BuildOptions& options, std::size_t work) : options_(options), work_(work) {}
 
-  /// After so much more work. Throws WorkStopped once the limit is reached.
+  /// Counts work that is done. Throws WorkStopped once the limit is reached.
   void spend(std::size_t work);
 
-  /// All is done.
+  /// Reports the end.
   void finish();
 
  private:
   void tell(std::size_t done);
 
-  static constexpr std::size_t times = 100;  ///< that progress is told, at most
+  static constexpr std::size_t times = 100;  ///< reports of progress at most
 
   const BuildOptions& options_;
   const std::size_t work_;

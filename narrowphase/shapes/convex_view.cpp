@@ -1,3 +1,4 @@
+// The view of a shape that convex solvers use.
 #include "shapes/convex_view.h"
 
 #include <cmath>
@@ -39,7 +40,8 @@ TriangleView::TriangleView(const std::array<Vec3, 3>& corners)
             .vertices = corners,
             .hull = nullptr,
             .size = box_diagonal(corners)} {
-  // No side is longer than the size: of a larger area no height is below the limit. Squares may be lost, not made.
+  // No side is longer than the size: with a larger area no height is below the limit. Squares may underflow, but not
+  // exceed.
   const double limit = tolerance::flat_hull * view_.size * view_.size;
   const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
   if (!(area.squaredNorm() > limit * limit)) drop_inner_corners(corners, area.norm());

@@ -1,3 +1,4 @@
+// The view of a shape that convex solvers use.
 #pragma once
 #include <array>
 #include <span>
@@ -6,11 +7,11 @@
 
 namespace tandem {
 
-/// Half sizes of a box, as in Shape and ConvexView; the fourth is 0.
+/// The half sizes of a box, as in Shape and ConvexView; the fourth is 0.
 using HalfSize = std::array<double, 4>;
 
-/// What a convex solver needs of a shape, without owning it: the same solver then serves a shape, a triangle of a
-/// mesh or a point. `vertices` is set for convex and triangle, in the shape's frame; `param` as in Shape.
+/// The data of a shape that a convex solver needs, not owned, so that one solver serves shapes, triangles of meshes and
+/// points. `vertices` is set for convex and triangle, in the shape's frame; `param` as in Shape.
 struct ConvexView {
   ShapeKind kind;
   std::array<double, 4> param{};
@@ -22,8 +23,8 @@ struct ConvexView {
 ConvexView view(const Shape& shape);  ///< shape.is_convex()
 ConvexView view_box(const std::array<double, 4>& half);
 
-/// A mesh's triangle. One without area is seen as the segment or the point that it is, as its hull is: solvers count
-/// on corners that are extreme.
+/// The view of a mesh's triangle. A triangle without area becomes the segment or the point that it is, as does its
+/// hull: solvers require vertices that are extreme.
 class TriangleView {
  public:
   explicit TriangleView(const std::array<Vec3, 3>& corners);  ///< must outlive it
@@ -35,7 +36,7 @@ class TriangleView {
  private:
   void drop_inner_corners(const std::array<Vec3, 3>& corners, double area);
 
-  std::array<Vec3, 2> ends_;  ///< of a segment, where view_ has these corners
+  std::array<Vec3, 2> ends_;  ///< the ends, if the triangle is a segment
   ConvexView view_;
 };
 

@@ -1,4 +1,4 @@
-// The support of one core, written for the instruction set that the including file is compiled for.
+// The support of one core, for the instruction set that the including file is compiled for.
 #if defined(TANDEM_NARROWPHASE_CORE_POINT_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef TANDEM_NARROWPHASE_CORE_POINT_INL_H
 #undef TANDEM_NARROWPHASE_CORE_POINT_INL_H

@@ -1,4 +1,4 @@
-// The axis of space, or the corner of a triangle, that comes after or before one of the three in turn.
+// Cyclic successor and predecessor of an axis of space, or of a corner of a triangle.
 #pragma once
 
 namespace tandem {

@@ -8,8 +8,8 @@
 
 namespace tandem {
 
-/// Numbers 0 to n - 1 in sets that are joined; a set is called by the least number in it, in whatever order it was
-/// joined (Tarjan, Efficiency of a good but not linear set union algorithm, 1975, with halved paths).
+/// Disjoint sets of the numbers 0 to n - 1 (union-find: Tarjan, Efficiency of a good but not linear set union
+/// algorithm, 1975, with path halving). A set is represented by its least number, in whatever order it was joined.
 class DisjointSets {
  public:
   DisjointSets(std::size_t n, std::pmr::memory_resource* memory) : parent_(n, memory) {

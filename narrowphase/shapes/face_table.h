@@ -1,3 +1,4 @@
+// The faces and edges of a small polytope, for the search for the least depth.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -8,14 +9,15 @@
 
 namespace tandem {
 
-/// An edge of a polytope: of the directions in which it is the farthest, an arc from the normal of face[0] to that of
-/// face[1].
+/// An edge of a polytope. The directions in which it is the farthest feature are an arc, from the normal of face[0] to
+/// that of face[1].
 struct FaceArc {
   std::uint8_t v[2];
   std::uint8_t face[2];
 };
 
-/// Of a box: face 2 k looks along its axis k, 2 k + 1 against it; bit k of a vertex says that it lies against axis k.
+/// The edges of a box: the normal of face 2 k is along axis k, that of 2 k + 1 against it; bit k of a vertex: it is on
+/// the negative side of axis k.
 inline constexpr std::array<FaceArc, 12> box_arcs = [] {
   std::array<FaceArc, 12> arcs{};
   for (unsigned k = 0, n = 0; k < 3; ++k)
@@ -27,13 +29,13 @@ inline constexpr std::array<FaceArc, 12> box_arcs = [] {
   return arcs;
 }();
 
-/// The faces and edges of a small polytope as a search for the least depth reads them.
+/// The faces and edges of a small polytope in the layout of the search for the least depth.
 struct FaceTable {
   static constexpr std::size_t most_faces = 128, most_vertices = 64;
-  static constexpr std::size_t step = 16;  ///< faces are filled up to a multiple of it
+  static constexpr std::size_t step = 16;  ///< the number of faces is padded to a multiple of it
 
-  std::size_t faces = 0;      ///< 0: none are kept
-  std::vector<float> planes;  ///< x, y, z of all normals, then offsets; after `faces` they are 0
+  std::size_t faces = 0;      ///< 0: not stored
+  std::vector<float> planes;  ///< x, y, z of all normals, then offsets; padding is 0
   std::vector<FaceArc> arcs;
 
   std::size_t stride() const { return (faces + step - 1) / step * step; }

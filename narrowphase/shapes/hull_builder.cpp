@@ -1,3 +1,4 @@
+// Builds convex hulls by Qhull (Barber, Dobkin and Huhdanpaa, 1996).
 #include "shapes/hull_builder.h"
 
 #include <algorithm>
@@ -25,14 +26,15 @@ namespace {
 
 using Loops = std::vector<std::vector<std::uint32_t>>;  // of indices of input points
 
-// Where the cloud lies: an origin in it, an orthonormal right-handed frame along its extents, longest first.
+// A frame of the points: an origin among them, and orthonormal right-handed axes along their extents, longest first.
 struct Frame {
   std::uint32_t origin;
-  Mat3 axes;                   // rows
-  Vec3 extent = Vec3::Zero();  // largest distance from origin, from the first axis, from the plane of both
+  Mat3 axes;  // axes as rows
+  // Largest distances from the origin, from the first axis, from the plane of the first two.
+  Vec3 extent = Vec3::Zero();
 };
 
-// What a pass over so many points spends.
+// The cost of a pass over so many points, in units of the meter.
 int pass_over(std::size_t points) { return 1 + static_cast<int>(std::min<std::size_t>(points / 16, 1 << 20)); }
 
 Vec3 any_normal(const Vec3& v) {
@@ -71,7 +73,7 @@ Frame find_frame(std::span<const Vec3> p, WorkMeter& meter) {
   return f;
 }
 
-// Andrew's monotone chain; counterclockwise in the frame's plane, collinear points left out.
+// Andrew's monotone chain; counterclockwise in the frame's plane, without collinear points.
 std::vector<std::uint32_t> flat_loop(std::span<const Vec3> p, const Frame& f) {
   std::vector<std::array<double, 2>> q(p.size());
   std::vector<std::uint32_t> order(p.size());
@@ -99,7 +101,7 @@ std::vector<std::uint32_t> flat_loop(std::span<const Vec3> p, const Frame& f) {
   return loop;
 }
 
-// What Qhull holds, without the struct itself.
+// Frees the memory of Qhull, without the struct itself.
 struct QhullFree {
   void operator()(qhT* qh) const {
     int current, total;
@@ -111,9 +113,9 @@ struct QhullFree {
 // Facets that Qhull makes between two checks of a limit: some 50 us.
 constexpr int facets_a_check = 32;
 
-// Qhull insists on a stream for its errors and reports; this one prints nowhere. Where there is a limit, Qhull reports
-// every few facets (option TF), and what it writes is the occasion to check: past the limit it is told to stop after
-// the points that it has added (option TA), which it checks before each.
+// The stream that Qhull requires for errors and reports; it prints nothing. With a limit, Qhull reports every few
+// facets (option TF), and its output is the occasion to check: past the limit it is told to stop after the points added
+// so far (option TA), which it checks before each.
 class Log {
  public:
   Log(qhT* qh, const WorkLimit* limit) : qh_(qh), limit_(limit) {
@@ -125,7 +127,7 @@ class Log {
   ~Log() { std::fclose(stream_); }
 
   std::FILE* stream() const { return stream_; }
-  /// After Qhull has returned: throws what ended it.
+  /// After Qhull has returned: throws the exception that ended it.
   void require_whole() const {
     if (failure_) std::rethrow_exception(failure_);
     if (stopped_) throw WorkStopped();
@@ -136,7 +138,7 @@ class Log {
     static_cast<Log*>(log)->check_limit();
     return static_cast<ssize_t>(size);
   }
-  // Nothing may be thrown through Qhull.
+  // No exception may pass through Qhull.
   void check_limit() noexcept {
     if (limit_ == nullptr || stopped_ || failure_) return;
     try {
@@ -155,11 +157,11 @@ class Log {
       fopencookie(this, "w", {.read = nullptr, .write = write, .seek = nullptr, .close = nullptr});
 };
 
-// Facets from Qhull, counterclockwise from outside. Empty if Qhull refuses the cloud.
+// The facets by Qhull, counterclockwise from outside. Empty if Qhull refuses the points.
 Loops qhull_loops(std::vector<double>& xyz, const char* options, const WorkLimit* limit) {
   WorkMeter meter(limit);
   const auto memory = std::make_unique<qhT>();
-  Log log(memory.get(), limit);  // outlives what Qhull holds, which keeps the stream
+  Log log(memory.get(), limit);  // outlives Qhull's memory, which refers to the stream
   const std::unique_ptr<qhT, QhullFree> owner(memory.get());
   qhT* const qh = owner.get();
   qh_zero(qh, log.stream());
@@ -180,7 +182,7 @@ Loops qhull_loops(std::vector<double>& xyz, const char* options, const WorkLimit
     qh_settempfree(qh, &around);
     loops.push_back(std::move(loop));
   }
-  // Qhull gives all loops the same sense, but leaves open which.
+  // Qhull gives all loops the same orientation, but not a known one.
   Vec3 sum = Vec3::Zero();
   const auto at = [&](std::uint32_t i) { return Vec3(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]); };
   for (const auto& loop : loops) sum += at(loop[0]);
@@ -194,7 +196,7 @@ Loops qhull_loops(std::vector<double>& xyz, const char* options, const WorkLimit
   return loops;
 }
 
-// Directed edges of loops with the face to the left of each, in order.
+// The directed edges of loops, sorted, with the face to the left of each.
 class EdgeFaces {
  public:
   using Edge = std::pair<std::uint32_t, std::uint32_t>;
@@ -213,7 +215,7 @@ class EdgeFaces {
   std::vector<Row> rows_;
 };
 
-// Every directed edge once, with its opposite.
+// True if every directed edge occurs once, and its reverse, too.
 bool closed(const Loops& loops, WorkMeter& meter) {
   EdgeFaces edges(4 * loops.size());
   for (const auto& loop : loops) {
@@ -232,8 +234,8 @@ bool closed(const Loops& loops, WorkMeter& meter) {
 
 Loops polytope_loops(std::span<const Vec3> p, const Frame& f, const WorkLimit* limit) {
   WorkMeter meter(limit);
-  // Which points are extreme does not change under an affine map, so the cloud is stretched to a cube: a plate then
-  // is as good as a ball.
+  // An affine map does not change which points are extreme, so the points are scaled to a cube: a plate is then as good
+  // as a ball.
   std::vector<double> xyz;
   xyz.reserve(3 * p.size());
   for (const Vec3& v : p) {
@@ -241,7 +243,7 @@ Loops polytope_loops(std::span<const Vec3> p, const Frame& f, const WorkLimit* l
     xyz.insert(xyz.end(), {s.x(), s.y(), s.z()});
   }
   meter.spend(pass_over(p.size()));
-  // Merged facets first; where merging fails, triangles of the joggled cloud, whose vertices are still input points.
+  // Merged facets first; if merging fails, triangles of the joggled points, whose vertices are still input points.
   for (const char* options : {"qhull Qs Pp", "qhull Qs Qt Pp", "qhull QJ Pp"}) {
     std::vector<double> copy = xyz;
     if (Loops loops = qhull_loops(copy, options, limit); closed(loops, meter)) return loops;
@@ -314,15 +316,15 @@ void extend_offset(const Hull& hull, Hull::Face& face) {
   extend(hull.vertices[support_kernel()(hull.support, hull.vertices.data(), face.normal.data())]);
 }
 
-// Is a face with this area vector (twice or more) a sliver, whose normal is noise?
+// True if a face with this area vector (twice the area or more) is a sliver, whose normal is noise.
 bool is_sliver(std::span<const Vec3> p, const std::vector<std::uint32_t>& loop, const Vec3& area) {
   double longest2 = 0;
   for (const std::uint32_t i : loop) longest2 = std::max(longest2, (p[i] - p[loop[0]]).squaredNorm());
   return !(area.norm() > tolerance::no_area * longest2);
 }
 
-// Corners on a line are an edge between the faces around: what lies between their normals bears it. `slivers`: the
-// numbers of such faces.
+// Collinear corners are an edge between the surrounding faces: such a face gets a normal between theirs. `slivers`: the
+// numbers of these faces.
 void turn_slivers(Hull& hull, const EdgeFaces& face_of, std::vector<std::uint32_t> slivers) {
   for (const std::uint32_t i : slivers) hull.faces[i].normal.setZero();
   for (bool turned = true; turned && !slivers.empty();) {

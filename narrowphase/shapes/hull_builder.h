@@ -1,3 +1,4 @@
+// Builds convex hulls by Qhull.
 #pragma once
 #include <span>
 
@@ -6,8 +7,8 @@
 
 namespace tandem {
 
-/// Hull of one or more finite points, through Qhull. Every point lies within 1e-12 of the cloud's size of it.
-/// Reentrant; prints nothing. Throws std::invalid_argument if `points` is empty, WorkStopped where the limit ended it.
+/// The hull of one or more finite points. Every point lies within 1e-12 of the points' extent of it. Reentrant; prints
+/// nothing. Throws std::invalid_argument if `points` is empty, WorkStopped if the limit ended it.
 Hull build_hull(std::span<const Vec3> points, const WorkLimit* limit = nullptr);
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// Builds the table of faces through which rays from the interior of a hull leave.
 #include "shapes/hull_rays.h"
 
 #include <limits>
@@ -6,8 +7,8 @@
 namespace tandem {
 namespace {
 
-/// Walks over faces towards rays from the inside point: of the polar polytope, whose corners are the faces' normals
-/// over their distances, the corner farthest along the ray is the face that it goes through.
+/// Searches the face that a ray from the interior point goes through: in the polar polytope, whose vertices are the
+/// faces' normals over their distances, it is the vertex farthest along the ray.
 class FaceDescent {
  public:
   explicit FaceDescent(const Hull& hull) : first_(hull.faces.size() + 1), beside_(2 * hull.edges.size()) {
@@ -35,7 +36,7 @@ class FaceDescent {
   std::uint32_t at_ = 0;
 };
 
-/// The triangle that the ray goes through, of those of the face about its first corner.
+/// The triangle that the ray goes through, of the fan of the face about its first corner.
 RayMap::Corners corners_hit(const Hull& hull, const Hull::Face& face, const Vec3& ray) {
   const std::uint32_t* const loop = &hull.loop[face.first];
   std::uint32_t k = 2;

@@ -1,3 +1,4 @@
+// A hash map from indices, in order of insertion.
 #pragma once
 #include <algorithm>
 #include <bit>
@@ -11,18 +12,18 @@
 
 namespace tandem {
 
-/// A map from indices that keeps its entries in the order they came, so that walking through it depends on nothing
-/// but what was put in. Open addressing; entries move when it grows.
+/// A hash map from indices that keeps its entries in order of insertion, so that iteration depends only on what was
+/// inserted. Open addressing; entries move when it grows.
 template <class Value>
 class IndexMap {
  public:
-  /// `expected`: entries that it holds before it grows.
+  /// `expected`: number of entries before it grows.
   explicit IndexMap(std::pmr::memory_resource* memory, std::size_t expected = 0)
       : entries_(memory), slots_(2 * std::bit_ceil(std::max(expected, usual)), no_index, memory) {
     entries_.reserve(std::max(expected, usual));
   }
 
-  /// The value of `key`, made from `value` if it is new, and whether it was.
+  /// The value of `key`, inserted as `value` if the key is new; and whether it was.
   std::pair<Value&, bool> emplace(std::uint32_t key, const Value& value) {
     std::size_t s = slot(key);
     if (slots_[s] != no_index) return {entries_[slots_[s]].second, false};

@@ -1,4 +1,4 @@
-// A cosine for each triangle of a mesh, kept once somebody has asked for it.
+// A cosine for each triangle of a mesh, computed on demand and kept.
 #pragma once
 #include <atomic>
 #include <cmath>
@@ -11,8 +11,8 @@
 
 namespace tandem {
 
-/// Of how many triangles it is asked nobody knows beforehand: each is found when it is first asked for, from any
-/// thread; two who find it at once find the same. Pages that nobody asks for are never touched.
+/// Since it is unknown how many triangles will be needed, each cosine is computed at its first use, from any thread;
+/// two threads that compute the same one get the same result. Unused pages of memory are never touched.
 class KeptCosines {
  public:
   explicit KeptCosines(std::size_t triangles)
@@ -20,14 +20,14 @@ class KeptCosines {
     if (kept_ == nullptr && triangles > 0) throw std::bad_alloc();
   }
 
-  /// `find()` is the triangle's cosine, or empty if it has none.
+  /// `find()` computes the triangle's cosine; empty if it has none.
   template <class Find>
   std::optional<double> of(std::uint32_t t, Find&& find) const {
     const std::atomic_ref<float> place(kept_.get()[t]);
     float stored = place.load(std::memory_order_relaxed);
     if (stored == not_asked) {
       const std::optional<double> found = find();
-      // Down: a bound must not grow.
+      // Rounded down, since it is a lower bound.
       stored = found ? std::nextafter(static_cast<float>(*found) + offset, 0.0f) : none;
       place.store(stored, std::memory_order_relaxed);
     }
@@ -37,7 +37,7 @@ class KeptCosines {
   std::size_t memory() const { return size_ * sizeof(float); }
 
  private:
-  static constexpr float not_asked = 0, none = 1, offset = 4;  // cosines are told apart from both
+  static constexpr float not_asked = 0, none = 1, offset = 4;  // outside the range of stored cosines
 
   struct Free {
     void operator()(float* p) const { std::free(p); }

@@ -1,5 +1,6 @@
-// What each kind of shape is: a row a kind, in which no entry may be left out. What cannot stand in a row (supports,
-// faces, nearest points) is a switch over ShapeKind without a default, so that the compiler names it for a new kind.
+// The properties of each kind of shape: a row a kind, in which no entry may be omitted. Properties that are code
+// (supports, faces, nearest points) are switches over ShapeKind without a default, so that the compiler reports them
+// for a new kind.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -9,14 +10,13 @@
 
 namespace tandem {
 
-/// What the surface of a kind's core is made of (every bounded convex shape is a core and a ball about each of its
-/// points).
+/// The surface of a kind's core (every bounded convex shape is a core with a radius about each of its points).
 enum class CoreSurface : std::uint8_t {
-  flat,   ///< flat faces, straight edges and corners alone, or a point: a polytope
-  round,  ///< some of it is curved
+  flat,   ///< only flat faces, straight edges and vertices, or a point: a polytope
+  round,  ///< at least partly curved
 };
 
-/// What a row must say: it has no default.
+/// A required entry of a row: it has no default.
 template <class T>
 struct Entry {
   T value;
@@ -30,8 +30,8 @@ struct KindRow {
   Entry<bool> convex;
   Entry<bool> bounded;
   Entry<CoreSurface> core;
-  Entry<bool> swept;    ///< the first parameter is the radius of the ball about each point of the core; else it is 0
-  Entry<bool> centred;  ///< the ball inside it that quick tests use is about the frame's origin (pairs/centre_test.cpp)
+  Entry<bool> swept;    ///< the first parameter is the radius about the core; else the radius is 0
+  Entry<bool> centred;  ///< the inscribed ball of quick tests is about the frame's origin (pairs/centre_test.cpp)
 };
 
 inline constexpr std::array<KindRow, shape_kinds> kind_rows = {{
@@ -63,7 +63,7 @@ constexpr KindSet kinds(Kind... kind) {
 }
 constexpr KindSet without(KindSet all, KindSet some) { return {all.bits & ~some.bits}; }
 
-/// The kinds whose rows `which` holds for.
+/// The kinds whose rows satisfy `which`.
 template <class Which>
 constexpr KindSet kinds_where(Which which) {
   KindSet set;

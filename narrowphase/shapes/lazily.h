@@ -1,4 +1,4 @@
-// A value that is made when it is first asked for.
+// Values that are computed at their first use.
 #pragma once
 #include <algorithm>
 #include <atomic>
@@ -11,7 +11,7 @@
 
 namespace tandem {
 
-/// Puts the value there, if none is yet; returns the one that is there.
+/// Stores the value, if none is stored yet; returns the stored one.
 template <class Value>
 const Value& publish(std::atomic<const Value*>& place, Value&& value) {
   auto fresh = std::make_unique<const Value>(std::move(value));
@@ -20,10 +20,10 @@ const Value& publish(std::atomic<const Value*>& place, Value&& value) {
   return *fresh.release();
 }
 
-/// Made by the first who asks, from any of several threads; who asks meanwhile waits, up to a limit of its own. No lock
-/// is held while it is made. Where it is made of another such value, a limit's function must not ask for either from
-/// another thread than the one that makes it: the two would wait for each other. A copy makes its own anew. Not to be
-/// moved or assigned to while another thread asks.
+/// A value computed at its first use, by the first of several threads that asks; others wait, up to their own limits.
+/// No lock is held while it is computed. If it is computed from another such value, a limit's function must not ask for
+/// either from another thread than the one that computes it: the two would wait for each other. A copy computes its
+/// own. Not to be moved or assigned while another thread asks.
 template <class Value>
 class Lazily {
  public:
@@ -42,8 +42,8 @@ class Lazily {
 
   void clear() { delete made_.exchange(nullptr); }
 
-  /// `make(limit)` is a Value; what it throws is thrown, and the next who asks makes it. Who asks while it makes it
-  /// itself, from within the limit's function, makes it without a limit.
+  /// `make(limit)` returns a Value; an exception is rethrown, and the next thread that asks computes it. A thread that
+  /// asks while computing it itself, from within the limit's function, computes it without a limit.
   template <class Make>
   const Value& get(const WorkLimit* limit, Make&& make) const {
     using namespace std::chrono_literals;
@@ -51,7 +51,7 @@ class Lazily {
     std::chrono::microseconds pause = 1us;
     for (;;) {
       if (const Value* made = made_.load(std::memory_order_acquire)) return *made;
-      std::thread::id maker;  // nobody
+      std::thread::id maker;  // no thread
       if (maker_.compare_exchange_strong(maker, self, std::memory_order_acq_rel)) break;
       if (maker == self) return publish(made_, make(nullptr));
       if (limit != nullptr && limit->reached()) throw WorkStopped();
@@ -62,11 +62,11 @@ class Lazily {
     if (const Value* made = made_.load(std::memory_order_acquire)) return *made;
     return publish(made_, make(limit));
   }
-  /// Null if nobody has asked.
+  /// Null if it has not been computed.
   const Value* made() const { return made_.load(std::memory_order_acquire); }
 
  private:
-  static constexpr std::chrono::microseconds between_limits{32};  // of one who waits, between two looks at its limit
+  static constexpr std::chrono::microseconds between_limits{32};  // interval at which a waiting thread checks its limit
   static constexpr std::chrono::microseconds longest_pause{1000};
 
   struct Leave {
@@ -78,8 +78,8 @@ class Lazily {
   mutable std::atomic<std::thread::id> maker_{};
 };
 
-/// A value made once, small and quickly made: nobody waits, and of two threads that make it at once the second throws
-/// its own away.
+/// A small value, quickly computed, at its first use: no thread waits, and of two threads that compute it at once the
+/// second discards its result.
 template <class Value>
 class MadeOnce {
  public:

@@ -5,7 +5,7 @@
 
 namespace tandem {
 
-/// What a query takes memory from where its own on the stack does not suffice.
+/// The memory resource of a query beyond its buffer on the stack.
 inline std::pmr::memory_resource* lent_memory(const NarrowPhaseOptions& options) {
   return options.memory != nullptr ? options.memory : std::pmr::get_default_resource();
 }

@@ -1,3 +1,4 @@
+// Volumes, centres of mass and inertia tensors.
 #include "shapes/mass_properties.h"
 
 #include <algorithm>
@@ -11,7 +12,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// About the z axis, symmetric; the centre of mass lies at z.
+/// Of a body symmetric about the z axis, with the centre of mass at z.
 MassProperties symmetric(double volume, double xx, double yy, double zz, double z = 0) {
   return {volume, {0, 0, z}, Vec3(xx, yy, zz).asDiagonal()};
 }
@@ -51,7 +52,7 @@ MassProperties bounding_box_mass(const Vec3& lo, const Vec3& hi) {
   return m;
 }
 
-// Sums the signed tetrahedra that the triangles span with a point near them; false if they enclose no volume.
+// Sums the signed tetrahedra of the triangles and a point near them; false if they enclose no volume.
 class VolumeSum {
  public:
   explicit VolumeSum(const Vec3& base) : base_(base) {}

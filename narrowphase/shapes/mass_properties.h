@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-MassProperties mass_of(const Shape& shape);  ///< of its core, where it is rounded
+MassProperties mass_of(const Shape& shape);  ///< of its core, without rounding
 MassProperties box_mass(const Vec3& size);
 MassProperties hull_mass(const Hull& hull);
 MassProperties mesh_mass(const MeshModel& mesh);

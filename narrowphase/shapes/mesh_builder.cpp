@@ -1,4 +1,5 @@
-// Checks a mesh, joins its triangles at their edges, turns a surface's alike, and builds hull and hierarchy.
+// Builds a mesh's model: checks it, joins its triangles at their edges, orients those of a surface, and builds hull and
+// hierarchy.
 #include "shapes/mesh_builder.h"
 
 #include <algorithm>
@@ -26,8 +27,8 @@ void turn_all(MeshModel& mesh) {
   for (auto& t : mesh.triangles) std::swap(t[1], t[2]);
 }
 
-// Vertices of what hangs together by triangles have one number, those of no triangle none; numbered in the order of the
-// triangles.
+// Numbers of connected components, for each vertex: vertices connected by triangles have one number, unused vertices
+// none; numbered in the order of the triangles.
 std::vector<std::uint32_t> numbers_of_components(const MeshModel& mesh, WorkMeter& meter) {
   std::vector<std::uint32_t> parent = mesh.stands_for;
   if (parent.empty()) {
@@ -88,7 +89,7 @@ double six_volumes(const MeshModel& mesh, std::span<const Vec3> vertices, const 
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
-// Of a closed surface: no edge is concave.
+// True if a closed surface has no concave edge.
 bool has_convex_edges(const MeshModel& mesh, const WorkLimit* limit) {
   WorkMeter meter(limit);
   const MeshModel::Neighbours& neighbours = mesh.neighbours(limit);
@@ -108,8 +109,8 @@ bool has_convex_edges(const MeshModel& mesh, const WorkLimit* limit) {
   return true;
 }
 
-// Is the closed surface without concave edges that of its hull? All vertices then lie on the hull, and the area says
-// that the hull is covered once.
+// True if a closed surface without concave edges is that of its hull: all vertices then lie on the hull, and the area
+// says that the hull is covered once.
 bool covers_hull(const MeshModel& mesh, const WorkLimit* limit) {
   WorkMeter meter(limit);
   const Hull& hull = mesh.hull(limit);
@@ -144,7 +145,7 @@ bool covers_hull(const MeshModel& mesh, const WorkLimit* limit) {
   return true;
 }
 
-// Their number where all are finite.
+// The index of the first vertex that is not finite; the number of vertices if all are.
 std::size_t first_not_finite(const std::vector<Vec3>& vertices, const PartRunner& parts) {
   std::vector<std::size_t> first(stretches(vertices.size(), elements_a_stretch), vertices.size());
   run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
@@ -155,7 +156,7 @@ std::size_t first_not_finite(const std::vector<Vec3>& vertices, const PartRunner
                          [](std::size_t a, std::size_t b) { return std::min(a, b); });
 }
 
-// Refuses the first fault; else the box about the vertices in use.
+// Throws for the first fault; else returns the box of the used vertices.
 Extent checked_extent(const Mesh& mesh, const PartRunner& parts) {
   if (mesh.triangles.empty()) refuse("triangles is empty; at least one is needed");
   constexpr std::size_t most = 0x0fffffff;
@@ -166,7 +167,7 @@ Extent checked_extent(const Mesh& mesh, const PartRunner& parts) {
     refuse("vertices[" + std::to_string(i) + "] is " + written(mesh.vertices[i]) + "; it must be finite");
   struct Some {
     Extent extent{};
-    std::size_t faulty = no_index;  // the first triangle that is
+    std::size_t faulty = no_index;  // the first faulty triangle
   };
   std::vector<Some> some(stretches(mesh.triangles.size(), elements_a_stretch));
   run_stretches(parts, mesh.triangles.size(), elements_a_stretch,
@@ -191,7 +192,7 @@ Extent checked_extent(const Mesh& mesh, const PartRunner& parts) {
   return box;
 }
 
-// Of what the mesh's triangles use: vertices that none uses are no part of the surface.
+// The points that triangles use: unused vertices do not belong to the surface.
 struct UsedPoints {
   std::vector<Vec3> points;
   std::vector<std::uint32_t> vertex;
@@ -208,13 +209,13 @@ struct UsedPoints {
 
 MeshHull hull_of_points(const UsedPoints& used, const WorkLimit* limit) {
   MeshHull made{build_hull(used.points, limit), {}};
-  // The hull keeps its vertices in the order given, each with the bits given.
+  // The hull keeps its vertices in the given order, each with the given bits.
   for (std::size_t i = 0, k = 0; i < used.points.size() && k < made.hull.vertices.size(); ++i)
     if (used.points[i] == made.hull.vertices[k]) made.extreme.push_back(used.vertex[i]), ++k;
   return made;
 }
 
-// Which triangle lies beside which, all that hang together turned alike. Answers what stands for each vertex.
+// Determines the neighbours of triangles, and orients connected ones alike. Returns the representative of each vertex.
 std::vector<std::uint32_t> add_surface(MeshModel& model, const MeshFrame& frame, const PartRunner& parts,
                                        BuildMeter& meter) {
   std::vector<std::uint32_t> first = join_triangles(model, frame, parts, meter);

@@ -1,4 +1,4 @@
-// Sides of triangles sorted by their ends, and what follows from which of them have the same ends.
+// Finds the neighbours of triangles, by sides sorted by their ends; orients triangles; closes seams.
 #include "shapes/mesh_edges.h"
 
 #include <algorithm>
@@ -18,21 +18,21 @@
 namespace tandem {
 namespace {
 
-/// To find it by, in a refusal, which is short.
+/// A vertex as a short text for error messages.
 std::string short_text(const Vec3& v) {
   std::ostringstream out;
   out << "(" << v.x() << ", " << v.y() << ", " << v.z() << ")";
   return out.str();
 }
 
-// One of an edge, as a number that sorts by the other end, the sense, the triangle and the corner.
+// A side of a triangle as a number that sorts by the other end, the direction, the triangle and the corner.
 class TriangleSide {
  public:
   TriangleSide() = default;
   TriangleSide(std::uint32_t hi, bool up, std::uint32_t number)
       : key_(std::uint64_t{hi} << 32 | (up ? std::uint64_t{1} << 31 : 0) | number) {}
   std::uint32_t hi() const { return static_cast<std::uint32_t>(key_ >> 32); }
-  bool up() const { return (key_ >> 31 & 1) != 0; }  // runs from the lower end to the higher
+  bool up() const { return (key_ >> 31 & 1) != 0; }  // from the lower end to the higher
   std::uint32_t triangle() const { return number() / 3; }
   std::uint32_t corner() const { return number() % 3; }
   auto operator<=>(const TriangleSide&) const = default;
@@ -42,7 +42,7 @@ class TriangleSide {
   std::uint64_t key_;
 };
 
-// A list for each vertex of the sides whose lower end stands for it. Sides without length are left out.
+// For each vertex a list of the sides whose lower end it represents. Sides without length are left out.
 class SideLists {
  public:
   SideLists(const MeshModel& mesh, const std::vector<std::uint32_t>& first, const PartRunner& parts, BuildMeter& meter)
@@ -60,7 +60,7 @@ class SideLists {
 
   std::size_t vertices() const { return last_.size(); }
 
-  /// visit(lo, sides) for each edge between two vertices whose lower is one of these, by their order.
+  /// Calls visit(lo, sides) for each edge between two vertices whose lower one is among these, by their order.
   template <class Visit>
   void each_edge(std::size_t begin, std::size_t end, const Visit& visit) const {
     std::vector<TriangleSide> sides;
@@ -91,7 +91,7 @@ class SideLists {
     const std::size_t k = side % 3;
     return {first_[t[k]], first_[t[k == 2 ? 0 : k + 1]]};
   }
-  // Mostly three or so.
+  // Usually about three.
   static void sort(std::vector<TriangleSide>& sides) {
     constexpr std::size_t few = 16;
     if (sides.size() > few) return std::sort(sides.begin(), sides.end());
@@ -109,17 +109,17 @@ class SideLists {
   UninitialisedList<std::uint32_t> before_;  // of each side, in its vertex's list
 };
 
-// How many run from the higher end to the lower: those are the first ones.
+// The number of sides from the higher end to the lower, which come first.
 std::size_t count_down(std::span<const TriangleSide> sides) {
   std::size_t down = 0;
   while (down < sides.size() && !sides[down].up()) ++down;
   return down;
 }
 
-// What edges say of a surface.
+// Properties of a surface by its edges.
 struct Survey {
-  std::vector<std::uint32_t> border{};  // ends of sides that are alone
-  bool against = false;                 // two triangles at an edge go round in opposite ways
+  std::vector<std::uint32_t> border{};  // ends of sides without a neighbour
+  bool against = false;                 // two triangles at an edge are oriented oppositely
   std::optional<std::string> open{};    // the first edge at which it is not closed
 };
 
@@ -150,12 +150,11 @@ Survey survey_edges(MeshModel& mesh, const SideLists& lists, const PartRunner& p
   return all;
 }
 
-// Lets the corners of a surface's triangles go round as those of the first one they hang together with. Only sides of
-// two triangles say how.
+// Orients the triangles of a surface like the first one of their component. Only edges of exactly two triangles count.
 void turn_alike(MeshModel& mesh, const SideLists& lists, BuildMeter& meter) {
   struct Other {
     std::uint32_t triangle = no_index;
-    bool against = false;  // the two go round in opposite ways
+    bool against = false;  // the two are oriented oppositely
   };
   std::vector<std::array<Other, 3>> others(mesh.triangles.size());
   lists.each_edge([&](std::uint32_t, std::span<const TriangleSide> sides) {
@@ -165,7 +164,7 @@ void turn_alike(MeshModel& mesh, const SideLists& lists, BuildMeter& meter) {
     others[q.triangle()][q.corner()] = {p.triangle(), p.up() == q.up()};
   });
   std::vector<std::uint8_t> seen(mesh.triangles.size(), 0);
-  std::vector<std::pair<std::uint32_t, bool>> stack;  // with whether it is to be turned
+  std::vector<std::pair<std::uint32_t, bool>> stack;  // and whether the triangle is to be reversed
   for (std::uint32_t i = 0, steps = 0; i < mesh.triangles.size(); ++i) {
     if (seen[i]) continue;
     seen[i] = 1;
@@ -182,9 +181,8 @@ void turn_alike(MeshModel& mesh, const SideLists& lists, BuildMeter& meter) {
   }
 }
 
-// Lets corners of a surface's borders that differ by rounding be one, as equal ones are: who computes the corners of
-// each triangle anew leaves such seams, and there is nothing between two sides of one.
-// Answers whether any are.
+// Merges corners of a surface's borders that differ only by rounding: such seams arise when the corners of each
+// triangle are computed separately. Returns true if there are any.
 bool weld_seams(const MeshModel& mesh, const MeshFrame& frame, std::vector<std::uint32_t> ends,
                 std::vector<std::uint32_t>& first) {
   std::sort(ends.begin(), ends.end());
@@ -242,7 +240,7 @@ std::vector<std::uint32_t> join_triangles(MeshModel& mesh, const MeshFrame& fram
   return first;
 }
 
-// Pairs sides of opposite sense.
+// Pairs sides of opposite direction.
 MeshModel::Neighbours find_neighbours(const MeshModel& mesh, const WorkLimit* limit) {
   const BuildOptions options{.limit = limit};
   BuildMeter meter(options, joining_work(mesh.triangles.size()));

@@ -1,3 +1,4 @@
+// The bounding box of a mesh, and the unit of its hierarchy.
 #include "shapes/mesh_frame.h"
 
 #include <cmath>
@@ -7,7 +8,7 @@
 namespace tandem {
 namespace {
 
-// Of the largest coordinate: how far apart the corners of a surface may be that are one.
+// Relative to the largest coordinate: the largest distance of two border vertices that count as one.
 constexpr double seam_ulps = 16;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Where a mesh lies, how large it is, and in which unit its hierarchy is.
+// The bounding box of a mesh, and the unit of its hierarchy.
 #pragma once
 #include <limits>
 
@@ -6,7 +6,7 @@
 
 namespace tandem {
 
-/// A box that grows with the points it holds.
+/// A box that grows with the points added to it.
 struct Extent {
   Vec3 lo = Vec3::Constant(std::numeric_limits<double>::infinity());
   Vec3 hi = Vec3::Constant(-std::numeric_limits<double>::infinity());
@@ -15,7 +15,7 @@ struct Extent {
   void add(const Extent& o) { lo = lo.cwiseMin(o.lo), hi = hi.cwiseMax(o.hi); }
 };
 
-/// Where a mesh's hierarchy is, and in which unit: as in MeshModel.
+/// The centre and unit of a mesh's hierarchy, as in MeshModel.
 struct MeshFrame {
   Vec3 centre, half;
   double unit = 1;
@@ -24,7 +24,7 @@ struct MeshFrame {
       : centre(its_centre), half(its_half), unit(its_unit) {}
 };
 
-/// How far apart, along an axis, the corners of a surface's borders may be that are one; metres.
+/// The largest distance, along an axis, of two border vertices of a surface that count as one; metres.
 double seam_tolerance(const MeshFrame& frame);
 
 }  // namespace tandem

@@ -1,5 +1,4 @@
-// Puts the boxes, slabs and corners into the nodes that the splits have made. Boxes are put together from the corners
-// on the return.
+// Fills the nodes of a mesh's hierarchy with boxes, slabs and corners, from the leaves up.
 #include "shapes/mesh_hierarchy.h"
 
 #include <Eigen/Eigenvalues>
@@ -21,7 +20,7 @@ using Lanes = FourFloats;
 
 constexpr std::size_t corners_a_stretch = 8192;
 
-// What a subtree holds: its box, and the spread of its corners about their mean.
+// The content of a subtree: its box, and the covariance of its corners.
 struct Content {
   Vec3 low = Vec3::Constant(infinity), high = Vec3::Constant(-infinity);
   double corners = 0;
@@ -40,18 +39,18 @@ struct Content {
   }
 };
 
-// The next larger of a finite float.
+// The next float above a finite one.
 float next_up(float x) {
   if (!(x > 0)) return std::nextafter(x, std::numeric_limits<float>::infinity());
   return std::bit_cast<float>(std::bit_cast<std::uint32_t>(x) + 1);
 }
 
-// The middle and half of an interval in units of the mesh, rounded outward; nothing has half = -1e30.
+// Stores the centre and half size of an interval in units of the mesh, rounded outward; an empty one has half = -1e30.
 void store_interval(const MeshModel& mesh, double scale, int axis, double low, double high, float& mid, float& half) {
   mid = 0, half = -1e30f;
   if (!(low <= high)) return;
   mid = static_cast<float>((low + high) / 2);
-  // In units about the centre: the difference was rounded there.
+  // In units about the centre, where the difference was rounded.
   const double pad = tolerance::outward * (1 + std::abs(mesh.centre[axis]) * scale);
   half = next_up(static_cast<float>(std::max(high - mid, mid - low) + pad));
 }
@@ -82,7 +81,7 @@ class HierarchyFiller {
   HierarchyTree& tree() { return tree_; }
 
  private:
-  // The subtree of a node, before which there are so many bottom nodes.
+  // Fills the subtree of a node that is preceded by so many bottom nodes.
   Content fill(std::uint32_t self, std::uint32_t bottoms) {
     const SplitNode& split = splits_[self];
     std::array<Content, mesh_lanes> held;
@@ -131,7 +130,7 @@ class HierarchyFiller {
 
   void add_triangles(const SplitNode& split, TriangleBlock& block, std::array<Content, mesh_lanes>& held) {
     for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
-      const std::uint32_t at = split.begin + std::min(k, split.lanes - 1);  // lanes not in use repeat the last
+      const std::uint32_t at = split.begin + std::min(k, split.lanes - 1);  // unused lanes repeat the last one
       const auto& t = mesh_.triangles[triangles_[at]];
       for (std::size_t i = 0; i < 3; ++i)
         for (int axis = 0; axis < 3; ++axis) block.corner[i][axis][k] = corners_[t[i]][axis];
@@ -151,7 +150,7 @@ class HierarchyFiller {
     }
   }
 
-  // Of a child whose triangles are in these blocks.
+  // Adds the slab of a child whose triangles are in these blocks.
   void add_slab(const Content& held, std::uint32_t from, std::uint32_t to, ChildSlabs& slabs, std::size_t k) const {
     Eigen::SelfAdjointEigenSolver<Mat3> axes;
     axes.computeDirect(held.spread);
@@ -164,7 +163,7 @@ class HierarchyFiller {
     slabs.half[k] = std::max(high - slabs.mid[k], slabs.mid[k] - low) + pad;
   }
 
-  // The least and most of the corners of some blocks along a direction.
+  // The minimum and maximum of the corners of some blocks along a direction.
   std::pair<float, float> heights(std::uint32_t from, std::uint32_t to, const ChildSlabs& slabs, std::size_t k) const {
     Lanes least = all_four(std::numeric_limits<float>::infinity()), most = -least;
     const Lanes x = all_four(slabs.normal[0][k]), y = all_four(slabs.normal[1][k]), z = all_four(slabs.normal[2][k]);
@@ -186,7 +185,7 @@ class HierarchyFiller {
   const std::span<const FourFloats> corners_;
   const std::span<const SplitNode> splits_;
   const std::span<const std::uint32_t> triangles_;  // in the order of the leaves
-  const std::uint32_t place_;                       // of the first of them in the mesh's order
+  const std::uint32_t place_;                       // position of the first of them in the mesh's order
   const PartRunner& runner_;
   BuildMeter& meter_;
   const double scale_;
@@ -223,7 +222,7 @@ void box_of_triangle(const MeshModel& mesh, std::uint32_t triangle, float (&mid)
 
 namespace detail {
 
-// Corners in floats, which are at most 1/2, are off by a quarter of epsilon at most, and so are middles of boxes.
+// Corners in floats, which are at most 1/2, have errors of at most a quarter of epsilon, and so have centres of boxes.
 float MeshModel::corner_pad() const {
   return static_cast<float>(tolerance::epsilon_of_floats / 2 +
                             tolerance::outward * (1 + centre.cwiseAbs().maxCoeff() / unit));
@@ -293,7 +292,7 @@ double farthest_along(const MeshModel& mesh, const Vec3& direction) {
   double most = -infinity;
   const Vec3 extent = direction.cwiseAbs();
   const double base = direction.dot(mesh.centre);
-  // Subtrees by how far their boxes reach, the farthest on top.
+  // Subtrees by the distance their boxes reach, the farthest on top.
   struct Reach {
     double bound;
     std::uint32_t node;

@@ -1,4 +1,4 @@
-// The hierarchy of boxes over a mesh's triangles.
+// The bounding volume hierarchy of a mesh's triangles.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -13,22 +13,22 @@
 namespace tandem {
 
 /// Fills nodes, blocks, boxes, slabs, order and depth of a mesh that has vertices, triangles, centre, half and unit.
-/// Any number of threads makes the same hierarchy; `parts` (may be empty: the caller) shares the subtrees.
+/// The same hierarchy for any number of threads; `parts` (empty: the caller) distributes the subtrees.
 void build_hierarchy(MeshModel& mesh, const PartRunner& parts);
 void build_hierarchy(MeshModel& mesh, const PartRunner& parts, BuildMeter& meter);
 
-/// What building a hierarchy spends of a meter.
+/// The work of building a hierarchy, in units of the meter.
 constexpr std::size_t hierarchy_work(std::size_t triangles) { return 2 * triangles; }
 
-/// Vertices in units of the mesh about its centre, as hierarchies hold them: x, y, z, 0.
+/// Vertices in units of the mesh relative to its centre, as hierarchies store them: x, y, z, 0.
 using CornersInUnits = UninitialisedList<FourFloats>;
 CornersInUnits corners_in_units(const MeshModel& mesh, const PartRunner& parts);
-/// The same of other vertices, in the mesh's centre and unit.
+/// The same for other vertices, with the mesh's centre and unit.
 void place_corners(const MeshModel& mesh, std::span<const Vec3> vertices, const PartRunner& parts,
                    CornersInUnits& corners);
 
-/// A hierarchy, or a subtree of one, by itself: the root is nodes[0], children come after their parents and those of a
-/// subtree one after another.
+/// A hierarchy, or a subtree of one: the root is nodes[0], children come after their parents and those of a subtree
+/// consecutively.
 struct HierarchyTree {
   UninitialisedList<MeshNode> nodes;
   UninitialisedList<TriangleBlock> blocks;
@@ -36,12 +36,12 @@ struct HierarchyTree {
   UninitialisedList<ChildSlabs> slabs;
   int depth = 0;  ///< the level of the lowest nodes; that of a whole hierarchy's root is 1
 
-  /// Puts another's nodes behind one's own; answers the place of the first.
+  /// Appends another's nodes; returns the index of the first.
   std::uint32_t append(const HierarchyTree& other);
 };
 
-/// A subtree at this level over some of the mesh's triangles, which are order[place ...] and are put in the leaves'
-/// order.
+/// Builds a subtree at this level over some of the mesh's triangles, which are order[place ...] and are sorted into the
+/// leaves' order.
 HierarchyTree build_subtree(const MeshModel& mesh, std::span<const FourFloats> corners,
                             std::span<std::uint32_t> triangles, std::uint32_t place, int level, const PartRunner& parts,
                             BuildMeter& meter);
@@ -49,7 +49,7 @@ HierarchyTree build_subtree(const MeshModel& mesh, std::span<const FourFloats> c
 /// The box of a triangle, as tight as those of inner nodes.
 void box_of_triangle(const MeshModel& mesh, std::uint32_t triangle, float (&mid)[3], float (&half)[3]);
 
-/// How far the mesh extends along a direction in its frame: the most of direction . vertex, of the vertices in use.
+/// The extent of the mesh along a direction in its frame: the maximum of direction . vertex over the used vertices.
 double farthest_along(const MeshModel& mesh, const Vec3& direction);
 
 }  // namespace tandem

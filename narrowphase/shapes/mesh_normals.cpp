@@ -1,4 +1,4 @@
-// The cones of a mesh's normals, made when they are first asked for.
+// The cones of a mesh's normals, computed at their first use.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -15,7 +15,7 @@ using Direction = Eigen::Vector3f;
 
 constexpr auto all_around = std::numbers::pi_v<float>;
 
-// The triangles about corner k of t but itself; false where they do not go all around, or are too many to go through.
+// Visits the triangles about corner k of t other than t; false if they do not go all around, or are too many.
 template <class Visit>
 bool each_around_corner(const MeshModel& mesh, std::uint32_t t, std::size_t k, Visit&& visit) {
   TriangleCorner at{t, k};
@@ -30,7 +30,7 @@ bool each_around_corner(const MeshModel& mesh, std::uint32_t t, std::size_t k, V
 
 float angle_between(const Direction& x, const Direction& y) { return std::atan2(x.cross(y).norm(), x.dot(y)); }
 
-// The cone about the sum of the axes; what is wider than half a space has all directions.
+// The cone about the sum of the axes; one wider than half a space becomes all directions.
 NormalCone around(std::span<const NormalCone> cones) {
   Direction sum = Direction::Zero();
   for (const NormalCone& cone : cones) {
@@ -61,7 +61,7 @@ NormalCone of_triangle(const MeshModel& mesh, std::uint32_t t, std::span<const D
 
 const NormalCones& MeshModel::normal_cones(const WorkLimit* limit) const {
   return cones_.get(limit, [&](const WorkLimit* own) {
-    neighbours(own);  // which the corners' triangles are found by
+    neighbours(own);  // needed to find the triangles about a corner
     WorkMeter meter(own);
     std::vector<Direction> normals(triangles.size());
     for (std::uint32_t t = 0; t < normals.size(); ++t) {

@@ -1,3 +1,4 @@
+// Refits the hierarchy of a mesh whose vertices have moved, or rebuilds parts of it.
 #include "shapes/mesh_refit.h"
 
 #include <algorithm>
@@ -16,13 +17,15 @@ namespace {
 
 using Lanes = FourFloats;
 
-// A subtree whose boxes have grown so much costs a query about as much more; building it anew costs some thirty refits.
+// A subtree whose boxes have grown by this factor costs a query about as much more; building it anew costs some thirty
+// refits.
 constexpr double worn_from = 1.5;
-// Subtrees that threads share: enough of them for any number of cores, none so small that its boxes hardly matter.
+// Subtrees distributed over threads: enough of them for any number of cores, none so small that its boxes hardly
+// matter.
 constexpr std::size_t most_subtrees = 256;
 constexpr std::uint32_t least_subtree = 1024;  // triangles
 
-// Columns of x, y, z, 0 to rows.
+// Transposes columns of x, y, z, 0 to rows.
 void transpose(const Lanes* columns, Lanes* rows) {
   const Lanes a = __builtin_shufflevector(columns[0], columns[1], 0, 4, 1, 5);
   const Lanes b = __builtin_shufflevector(columns[0], columns[1], 2, 6, 3, 7);
@@ -33,7 +36,7 @@ void transpose(const Lanes* columns, Lanes* rows) {
   rows[2] = __builtin_shufflevector(b, d, 0, 1, 4, 5);
 }
 
-// Eight of x, y, z, 0 as three rows of eight.
+// Stores eight vectors x, y, z, 0 as three rows of eight.
 void store_rows(const Lanes* eight, float (*rows)[mesh_lanes]) {
   for (std::size_t l = 0; l < mesh_lanes; l += 4) {
     Lanes row[3];
@@ -42,7 +45,7 @@ void store_rows(const Lanes* eight, float (*rows)[mesh_lanes]) {
   }
 }
 
-// Of three rows of four, the four columns; the fourth of each is the third.
+// The four columns of three rows of four; the fourth number of each repeats the third.
 std::array<Lanes, 4> columns_of(const Lanes* rows) {
   const Lanes a = __builtin_shufflevector(rows[0], rows[1], 0, 4, 1, 5);
   const Lanes b = __builtin_shufflevector(rows[0], rows[1], 2, 6, 3, 7);
@@ -65,7 +68,7 @@ Lanes most_of_rows(const Lanes* rows) {
 float least_of(Lanes v) { return std::min(std::min(v[0], v[2]), std::min(v[1], v[3])); }
 float most_of(Lanes v) { return std::max(std::max(v[0], v[2]), std::max(v[1], v[3])); }
 
-// Of the four that begin at lane l those below `lanes`, the others 0.
+// Of the four lanes from l on, those below `lanes`; the others become 0.
 Lanes only_in_use(Lanes v, std::size_t l, std::uint32_t lanes) {
   using Bits = std::int32_t __attribute__((vector_size(16)));
   const auto first = static_cast<std::int32_t>(l), count = static_cast<std::int32_t>(lanes);
@@ -77,7 +80,7 @@ Lanes only_in_use(Lanes v, std::size_t l, std::uint32_t lanes) {
   return v;
 }
 
-// Half the areas of the boxes of a node's first lanes, summed.
+// The sum of half the areas of the boxes of a node's first lanes.
 double half_areas(const LaneBoxes& boxes, std::uint32_t lanes) {
   double sum = 0;
   for (std::size_t l = 0; l < mesh_lanes; l += 4) {
@@ -111,7 +114,7 @@ MeshRefit::MeshRefit(const MeshModel& mesh) {
   top_built_ = sum_of_all().ratio();
 }
 
-// Subtrees of no more triangles than threads need, and what is above them.
+// Divides the hierarchy into subtrees for threads, and the nodes above them.
 void MeshRefit::cut(const MeshModel& mesh) {
   const auto size = static_cast<std::uint32_t>(mesh.nodes.size());
   std::vector<Subtree> all(size);
@@ -120,7 +123,7 @@ void MeshRefit::cut(const MeshModel& mesh) {
     all[n] = {n, n + 1, node.first(), node.first() + node.lanes(), 0, 0, {}, {}};
     if (node.bottom()) continue;
     const std::span child = std::span(mesh.boxes_of(node).child).first(node.lanes());
-    // Nodes lie in the order of the lanes; triangles need not.
+    // Nodes are in the order of the lanes; triangles need not be.
     all[n] = {n, all[child.back()].end_node, all[child[0]].begin, all[child[0]].end, 0, 0, {}, {}};
     for (const std::uint32_t c : child) {
       all[n].begin = std::min(all[n].begin, all[c].begin);
@@ -147,7 +150,7 @@ void MeshRefit::cut(const MeshModel& mesh) {
 
 namespace {
 
-// Between two planes across the sum of the triangles' area vectors: what a surface that bends little is thin along.
+// The slab's direction: the sum of the triangles' area vectors, along which a surface that bends little is thin.
 Lanes direction_of(Lanes area) {
   const Lanes squares = area * area;
   const float length = std::sqrt(squares[0] + squares[1] + squares[2]);
@@ -159,7 +162,7 @@ Lanes direction_of(Lanes area) {
 
 using Rows = const float (&)[3][mesh_lanes];
 
-// Of the four columns from l on.
+// The products of the four columns from l on.
 Lanes along(Lanes x, Lanes y, Lanes z, Rows rows, std::size_t l) {
   return x * load_four(rows[0] + l) + y * load_four(rows[1] + l) + z * load_four(rows[2] + l);
 }
@@ -169,7 +172,7 @@ Lanes along(Lanes x, Lanes y, Lanes z, Rows rows, std::size_t l) {
 void MeshRefit::Held::set_slab(Lanes low, Lanes high) {
   const float least = least_of(low), most = most_of(high);
   slab_mid = (least + most) / 2;
-  // Twice: of boxes the height of the middle and the reach are off by as much each.
+  // Twice: the height of a box's centre and its extent each have this error.
   slab_half = std::max(most - slab_mid, slab_mid - least) + static_cast<float>(2 * tolerance::height_of_floats);
 }
 
@@ -238,7 +241,7 @@ MeshRefit::Held MeshRefit::refit_inner(MeshModel& mesh, MeshNode& node, Sums& su
   Held all;
   Lanes mid[mesh_lanes], half[mesh_lanes], normal[mesh_lanes], areas = all_four(0);
   for (std::uint32_t k = 0; k < mesh_lanes; ++k) {
-    mid[k] = all_four(0), half[k] = all_four(-1e30f), normal[k] = all_four(0);  // touches nothing
+    mid[k] = all_four(0), half[k] = all_four(-1e30f), normal[k] = all_four(0);  // overlaps nothing
     if (k >= node.lanes()) continue;
     const Held held = child(boxes.child[k]);
     const Box box = box_of(held);
@@ -269,7 +272,7 @@ MeshRefit::Held MeshRefit::refit_subtree(MeshModel& mesh, std::uint32_t n, Sums&
   return refit_inner(mesh, node, sums, [&](std::uint32_t child) { return refit_subtree(mesh, child, sums); });
 }
 
-// Above the subtrees, which come in the order in which `cut` has found them.
+// Refits the nodes above the subtrees, which come in the order in which `cut` has found them.
 MeshRefit::Held MeshRefit::refit_top(MeshModel& mesh, std::uint32_t n, std::size_t& next) {
   if (subtrees_[next].node == n) return subtrees_[next++].held;
   return refit_inner(mesh, mesh.nodes[n], top_sums_, [&](std::uint32_t child) { return refit_top(mesh, child, next); });
@@ -285,7 +288,7 @@ MeshRefit::Sums MeshRefit::sum_of_all() const {
   return all;
 }
 
-// How much more than when it was built.
+// The growth since it was built.
 double MeshRefit::wear(double ratio, double& built) const {
   built = std::min(built, ratio);
   return built > 0 ? ratio / built : 1;
@@ -329,7 +332,7 @@ MeshRefit::Report MeshRefit::rebuild_worn(MeshModel& mesh, const PartRunner& par
   return report;
 }
 
-// Builds subtrees anew and puts the hierarchy together of these, of those that stay, and of what is above them all.
+// Builds worn subtrees anew, and assembles the hierarchy from these, the remaining ones, and the nodes above all.
 void MeshRefit::rebuild(MeshModel& mesh, const std::vector<std::uint8_t>& worn, const PartRunner& parts) {
   std::vector<HierarchyTree> fresh(subtrees_.size());
   const BuildOptions no_limit;
@@ -386,7 +389,7 @@ void MeshRefit::rebuild(MeshModel& mesh, const std::vector<std::uint8_t>& worn, 
   measure_anew(mesh, worn);
 }
 
-// What stays is measured by what it was when it was built.
+// The remaining subtrees keep the measure from when they were built.
 void MeshRefit::measure_anew(const MeshModel& mesh, const std::vector<std::uint8_t>& worn) {
   std::vector<double> built;
   for (const Subtree& s : subtrees_) built.push_back(s.built);

@@ -1,4 +1,4 @@
-// The hierarchy of a mesh whose vertices have moved: its boxes made anew where they are, or parts of it built anew.
+// Refits the hierarchy of a mesh whose vertices have moved: updates its boxes in place, or rebuilds parts of it.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -11,39 +11,38 @@
 
 namespace tandem {
 
-/// What the refits of hierarchies of one structure share: subtrees that threads work on, and how good each was when
-/// built.
+/// The state that refits of one hierarchy's structure share: subtrees for threads, and their quality when built.
 class MeshRefit {
  public:
   /// For a mesh whose hierarchy was just built.
   explicit MeshRefit(const MeshModel& mesh);
 
-  /// Makes boxes, blocks and slabs of a mesh of this structure anew for these vertices, in its centre, half and unit;
-  /// its own vertices are not looked at. The same on any number of threads.
+  /// Updates boxes, blocks and slabs of a mesh of this structure for these vertices, with its centre, half and unit;
+  /// its own vertices are ignored. The same for any number of threads.
   void refit(MeshModel& mesh, std::span<const Vec3> vertices, const PartRunner& parts);
-  /// Whether a closed surface encloses, beyond what floats round, no negative volume at the last refit.
+  /// True if a closed surface, beyond the rounding of floats, encloses no negative volume as of the last refit.
   bool surely_outward() const;
 
   struct Report {
     std::size_t rebuilt = 0;  ///< triangles of subtrees that were built anew
-    double worn = 1;          ///< the most that the area of boxes of a subtree, or of those above all, has grown by
+    double worn = 1;          ///< the largest growth of the area of boxes of a subtree, or of those above all
   };
-  /// After a refit, when the mesh has its vertices. Where the boxes above the leaves have grown, beside those of the
-  /// leaves, by more than a factor since they were built, the subtree is built anew, or all of it: the structure is
-  /// another one then.
+  /// After a refit, when the mesh has its vertices: rebuilds subtrees whose boxes above the leaves have grown by more
+  /// than a factor, relative to those of the leaves, since they were built, or the whole hierarchy: the structure
+  /// changes.
   Report rebuild_worn(MeshModel& mesh, const PartRunner& parts);
 
   std::size_t memory() const;  ///< bytes
 
  private:
-  /// Over nodes or triangles, in units of the mesh.
+  /// Sums over nodes or triangles, in units of the mesh.
   struct Sums {
     double inner = 0, leaves = 0;  ///< half areas of boxes: of nodes, of triangles
-    double volumes = 0;            ///< six times the volume that triangles and the centre enclose
-    double reaches = 0;            ///< squares of the sums of the halves of triangles' boxes
+    double volumes = 0;            ///< six times the volume between triangles and the centre
+    double reaches = 0;            ///< squares of the sums of half sizes of triangles' boxes
     double ratio() const { return leaves > 0 ? inner / leaves : 0; }
   };
-  /// A subtree's corners in floats: what its parent has to know.
+  /// The content of a subtree that its parent needs, in floats.
   struct Held {
     FourFloats low = all_four(std::numeric_limits<float>::infinity()), high = -low;
     FourFloats area = all_four(0);    ///< twice the sum of the area vectors
@@ -77,12 +76,12 @@ class MeshRefit {
   void measure_anew(const MeshModel& mesh, const std::vector<std::uint8_t>& worn);
 
   std::vector<Subtree> subtrees_;
-  std::vector<std::uint32_t> top_;  ///< nodes above them, parents first
+  std::vector<std::uint32_t> top_;  ///< nodes above the subtrees, parents first
   double top_built_ = 0;
   Sums top_sums_;
-  float pad_ = 0;           ///< what boxes in floats need
+  float pad_ = 0;           ///< the margin of boxes in floats
   CornersInUnits corners_;  ///< vertices in units of the mesh
-  /// Of each block the vertices of its triangles, the last one's repeated: read one after another.
+  /// For each block the vertices of its triangles, the last one's repeated: read in sequence.
   UninitialisedList<std::array<std::array<std::uint32_t, 3>, mesh_lanes>> leaves_;
 };
 

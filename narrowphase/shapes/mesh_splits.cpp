@@ -1,5 +1,6 @@
-// Splits by the surface area heuristic over bins of the centroids (Wald, On fast construction of SAH-based bounding
-// volume hierarchies, 2007), eight children a node. Boxes to split by are floats, which move with their triangles.
+// Splits triangles by the surface area heuristic over bins of the centroids (Wald, On fast construction of SAH-based
+// bounding volume hierarchies, 2007), eight children a node. Boxes for splitting are floats, moved together with their
+// triangles.
 #include "shapes/mesh_splits.h"
 
 #include <algorithm>
@@ -18,12 +19,13 @@ using Lanes = FourFloats;  // x, y, z and one more, which is 0
 using FourIntegers = std::int32_t __attribute__((vector_size(16)));
 
 constexpr int bins = 16;
-// Below this, splits are by the median, so that no input makes the tree deeper than this plus log2 of its triangles.
+// Below this level splits are by the median, so that the depth is at most this plus log2 of the number of triangles for
+// any input.
 constexpr int last_binned_level = 24;
 
 constexpr float far_away = std::numeric_limits<float>::infinity();
 
-// A triangle's box, in units of the mesh about its centre.
+// A triangle's box, in units of the mesh relative to its centre.
 class Reference {
  public:
   Reference() = default;
@@ -31,10 +33,10 @@ class Reference {
     low_[3] = std::bit_cast<float>(triangle);
   }
 
-  // Not of the triangle's number as a float: sums of such small ones take long.
+  // Without the triangle's number read as a float: sums with such denormal numbers are slow.
   Lanes lower() const { return Lanes(FourIntegers(low_) & FourIntegers{-1, -1, -1, 0}); }
   Lanes upper() const { return high_; }
-  Lanes centre() const { return lower() + upper(); }  // twice: only compared
+  Lanes centre() const { return lower() + upper(); }  // twice the centre: only compared
   std::uint32_t triangle() const { return std::bit_cast<std::uint32_t>(low_[3]); }
 
  private:
@@ -49,21 +51,21 @@ struct FlatBox {
   void add(const FlatBox& b) { add(b.low, b.high); }
 };
 
-// Triangles begin ... end of the order, and where their centroids lie.
+// Triangles begin ... end of the order, and the extent of their centroids.
 struct Range {
   std::uint32_t begin = 0, end = 0;
   FlatBox centres{};
   std::uint32_t size() const { return end - begin; }
 };
 
-// Where to part a range: before a bin along an axis.
+// A split of a range: before a bin along an axis.
 struct Split {
   int axis = -1, bin = 0;
   float cost = std::numeric_limits<float>::infinity();
   std::uint32_t left = 0;  // triangles before it
 };
 
-// Which bin along each of the three axes.
+// The bin along each of the three axes.
 class Grid {
  public:
   explicit Grid(const FlatBox& centres) : low_(centres.low) {
@@ -79,7 +81,7 @@ class Grid {
   Lanes low_, scale_;
 };
 
-// The axes' sums side by side: boxes about what lies on one side of a split.
+// The sums of the three axes in lanes: boxes about the content of one side of a split.
 struct SideOfSplits {
   Lanes low[3] = {all_four(far_away), all_four(far_away), all_four(far_away)};
   Lanes high[3] = {all_four(-far_away), all_four(-far_away), all_four(-far_away)};
@@ -93,7 +95,7 @@ struct SideOfSplits {
   }
 };
 
-// What lies in the bins along the three axes.
+// The content of the bins along the three axes.
 class Binning {
  public:
   void add(const Grid& grid, const Reference& r) {
@@ -104,8 +106,8 @@ class Binning {
       ++count_[bin[axis]][axis];
     }
   }
-  // Alike references follow one another, and a bin is slow to be written to twice in turn: every second one goes to
-  // another.
+  // Similar references follow each other, and writing to a bin twice in a row is slow: every second one goes to another
+  // set of bins.
   void add(const Grid& grid, const Reference* from, const Reference* to) {
     constexpr std::ptrdiff_t many = 128;
     if (to - from >= many) {
@@ -242,7 +244,7 @@ class Splitter {
     }
   }
 
-  // The largest part is split until there are eight, or all fit in a bottom node.
+  // Splits the largest range until there are eight, or all fit in a bottom node.
   std::uint32_t split(const Range& range, int level, std::array<Range, mesh_lanes>& part) {
     part[0] = range;
     std::uint32_t lanes = 1;
@@ -257,7 +259,7 @@ class Splitter {
     return lanes;
   }
 
-  // By the surface area heuristic; by the median where that brings nothing.
+  // Splits a range by the surface area heuristic; by the median if that gains nothing.
   void halve(const Range& r, int level, Range& left, Range& right) {
     const Grid grid(r.centres);
     const Split best = level < last_binned_level ? binning(r, grid).best(r.size()) : Split{};
@@ -286,8 +288,7 @@ class Splitter {
     return all;
   }
 
-  // From both ends: what is on the wrong side on the left changes place with what is on the right (as std::partition
-  // does).
+  // From both ends: elements on the wrong side are exchanged (as by std::partition).
   void part(const Grid& grid, const Split& split, Range& left, Range& right) {
     Reference *from = &references_[left.begin], *to = from + (right.end - left.begin);
     const auto goes_left = [&](const Reference& r) { return grid.bins_of(r)[split.axis] < split.bin; };
@@ -302,7 +303,8 @@ class Splitter {
     }
   }
 
-  // `part` by several threads: the first on the wrong side on the left changes place with the last on the right.
+  // `part` with several threads: the first element on the wrong side on the left is exchanged with the last on the
+  // right.
   void part_at_once(const Grid& grid, const Split& split, Range& left, Range& right) {
     const auto goes_left = [&](const Reference& r) { return grid.bins_of(r)[split.axis] < split.bin; };
     struct Some {

@@ -1,3 +1,4 @@
+// Supports of the Minkowski difference A - B (vector kernel).
 #include "shapes/minkowski_difference.h"
 
 #undef HWY_TARGET_INCLUDE

@@ -1,3 +1,4 @@
+// The Minkowski difference A - B of two cores.
 #pragma once
 #include <algorithm>
 
@@ -6,7 +7,7 @@
 
 namespace tandem {
 
-/// A point of the Minkowski difference A - B and the point of A it comes from. For polytopes the vertices of A and B
+/// A point of the Minkowski difference A - B with the point of A it comes from. For polytopes the vertices of A and B
 /// are numbered.
 struct MinkowskiPoint {
   Vec3 w;
@@ -16,7 +17,7 @@ struct MinkowskiPoint {
 };
 
 struct MinkowskiDifference;
-/// A point of the difference farthest along n, in A's frame.
+/// The point of the difference farthest along n, in A's frame.
 using MinkowskiKernel = void (*)(const MinkowskiDifference& d, const Vec3& n, MinkowskiPoint& out);
 MinkowskiKernel minkowski_kernel();
 
@@ -25,7 +26,7 @@ struct MinkowskiDifference {
   const ConvexView& a;
   const ConvexView& b;
   RelativePose pose;
-  const WorkLimit* limit = nullptr;  ///< of what may take long: WorkStopped is thrown
+  const WorkLimit* limit = nullptr;  ///< of long searches: WorkStopped is thrown
   MinkowskiKernel kernel = minkowski_kernel();
 
   MinkowskiPoint support(const Vec3& n) const {
@@ -33,7 +34,8 @@ struct MinkowskiDifference {
     kernel(*this, n, p);
     return p;
   }
-  /// p - q of two points of polytopes: exact to the length of the edges it is made of, not to that of p and q.
+  /// p - q for two points of polytopes: exact relative to the length of the edges it is made of, not to that of p and
+  /// q.
   Vec3 edge(const MinkowskiPoint& p, const MinkowskiPoint& q) const {
     return (core_vertex(a, p.vertex_a) - core_vertex(a, q.vertex_a)) -
            pose.rotation * (core_vertex(b, p.vertex_b) - core_vertex(b, q.vertex_b));

@@ -1,5 +1,5 @@
-// Cones of a mesh's normals, for every place in its hierarchy (Johnson and Cohen, Spatialized normal cone hierarchies,
-// 2001): where two surfaces are nearest each other their normals oppose each other along the line between them.
+// Cones of a mesh's normals, for every node of its hierarchy (Johnson and Cohen, Spatialized normal cone hierarchies,
+// 2001): at the nearest points of two surfaces their normals oppose each other along the line between them.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -18,11 +18,12 @@ struct NormalCone {
 
 class NormalCones {
  public:
-  /// Of the lanes of all nodes, `lanes` each.
+  /// `cones`: for the lanes of all nodes, `lanes` each.
   NormalCones(std::vector<NormalCone> cones, std::size_t lanes) : cones_(std::move(cones)), lanes_(lanes) {}
 
-  /// Has the normals of all triangles below a child of a node and of all that share a corner with one of these, and so
-  /// the directions along which their faces, edges and corners are farthest; where one has a border or no area, all.
+  /// The cone for a child of a node: contains the normals of all triangles below it and of all that share a corner with
+  /// one of these, and so all directions along which their faces, edges and corners are farthest; all directions if one
+  /// has a border or no area.
   const NormalCone& of(std::uint32_t node, std::uint32_t lane) const { return cones_[node * lanes_ + lane]; }
   std::size_t memory() const { return cones_.capacity() * sizeof(NormalCone); }
 

@@ -1,3 +1,4 @@
+// The canonical order of two shapes in a query.
 #include "shapes/pair_order.h"
 
 #include <algorithm>
@@ -7,7 +8,7 @@ namespace tandem {
 
 bool reversed(double parameters, const Pose& pose_a, const Pose& pose_b) {
   if (parameters != 0) return parameters > 0;
-  // Bodies side by side or stacked are far from a tie.
+  // Along this direction, bodies side by side or stacked are far from a tie.
   const Vec3 d = pose_b.translation - pose_a.translation;
   const double along = reversal[0] * d[0] + reversal[1] * d[1] + reversal[2] * d[2];
   if (along != 0) return along < 0;

@@ -1,3 +1,4 @@
+// Checks of poses, and rotations made orthonormal.
 #include "tandem/narrowphase/pose.h"
 
 #include <cmath>
@@ -20,7 +21,7 @@ bool is_valid(const Pose& pose) {
   const double mixed = r(0, 2) * (r(1, 0) * r(2, 1) - r(2, 0) * r(1, 1)) +
                        r(1, 2) * (r(2, 0) * r(0, 1) - r(0, 0) * r(2, 1)) +
                        r(2, 2) * (r(0, 0) * r(1, 1) - r(1, 0) * r(0, 1));
-  // Written so that NaN fails; `&` where branches would cost more.
+  // In this form NaN fails; `&` because branches would cost more.
   return (near(dot(0, 0), 1) & near(dot(1, 1), 1) & near(dot(2, 2), 1) & near(dot(0, 1), 0) & near(dot(0, 2), 0) &
           near(dot(1, 2), 0) & (mixed > 0) & (std::abs(t[0]) <= tolerance::longest_length) &
           (std::abs(t[1]) <= tolerance::longest_length) & (std::abs(t[2]) <= tolerance::longest_length)) != 0;
@@ -30,7 +31,7 @@ void require_valid(const Pose& pose, std::string_view what) {
   if (is_valid(pose)) return;
   const auto refuse = [&](const std::string& why) { throw std::invalid_argument(std::string(what) + ": " + why); };
   for (int i = 0; i < 3; ++i) {
-    // Written so that NaN fails too.
+    // In this form NaN fails, too.
     if (!(std::abs(pose.translation[i]) <= tolerance::longest_length))
       refuse("translation[" + std::to_string(i) + "] is " + written(pose.translation[i]) + "; it must be " +
              allowed_coordinate());
@@ -49,7 +50,7 @@ void require_valid(const Pose& pose, std::string_view what) {
 Pose orthonormalized(const Pose& pose) {
   Pose out = pose;
   if (skewness(pose.rotation) <= tolerance::orthonormal) return out;
-  // The polar factor (Higham, Computing the Polar Decomposition, 1986): each round squares what is left.
+  // The polar factor (Higham, Computing the Polar Decomposition, 1986): each iteration squares the error.
   for (int i = 0; i < 3; ++i) out.rotation *= 1.5 * Mat3::Identity() - 0.5 * out.rotation.transpose() * out.rotation;
   return out;
 }

@@ -1,3 +1,4 @@
+// A shape with its pose; a mesh's hull as a convex shape.
 #include "shapes/posed_mesh.h"
 
 #include "shapes/shape_insides.h"

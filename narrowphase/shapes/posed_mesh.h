@@ -1,3 +1,4 @@
+// A shape with its pose; a mesh's hull as a convex shape.
 #pragma once
 #include <array>
 
@@ -6,7 +7,7 @@
 
 namespace tandem {
 
-/// A shape where it is.
+/// A shape with its pose.
 struct Posed {
   const Shape& shape;
   const Pose& pose;
@@ -16,10 +17,10 @@ inline bool has_triangles(const Shape& s) { return s.kind() == ShapeKind::mesh |
 
 using Corners = std::array<Vec3, 3>;
 
-/// Largest absolute coordinate of a vertex, or a little more.
+/// An upper bound on the absolute coordinates of the vertices.
 inline double reach(const MeshModel& mesh) { return (mesh.centre.cwiseAbs() + mesh.half).maxCoeff(); }
 
-/// The mesh's hull as a convex shape; the limit may end the hull's making.
+/// The mesh's hull as a convex shape; the limit may end the building of the hull.
 ConvexView view_hull(const Shape& mesh, const WorkLimit* limit);
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// Computes in advance the data of a mesh that queries compute on demand.
 #include "tandem/narrowphase/prepare.h"
 
 #include "shapes/mesh_model.h"

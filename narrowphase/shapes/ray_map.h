@@ -13,8 +13,8 @@ struct Hull;
 }
 using detail::Hull;
 
-/// Where rays from a polytope's inside point leave it: three corners of a face for each of 384 cells of directions,
-/// those of the ray through the cell's middle. A hint where to begin, no more.
+/// For each of 384 cells of directions, three corners of the face through which the ray from a polytope's interior
+/// point through the cell's centre leaves: only a starting point for searches.
 class RayMap {
  public:
   using Corners = std::array<std::uint16_t, 3>;

@@ -1,3 +1,4 @@
+// Convex bodies with round pieces, as summands of A - B for Newton's method on supports.
 #pragma once
 #include <algorithm>
 #include <limits>
@@ -9,28 +10,27 @@
 
 namespace tandem {
 
-/// An arc of a great or small circle of directions: (p + q t + s t^2) / (1 +
-/// t^2) is a unit vector for every t, the tangent of half the angle turned.
+/// An arc of a great or small circle of directions: (p + q t + s t^2) / (1 + t^2) is a unit vector for every t, the
+/// tangent of half the angle.
 struct Arc {
   Vec3 p, q, s;
   Vec3 at(double t) const { return (p + t * (q + t * s)) / (1 + t * t); }
 };
 
-/// The unit directions n with n . axis = height, `radius` off the axis; the axis is unit where height is not 0.
+/// The circle of unit directions n with n . axis = height, at distance `radius` from the axis; the axis is unit if
+/// height is not 0.
 struct Circle {
   Vec3 axis;
   double height = 0;
   double radius = 1;
 };
 
-/// The core of A, or of B mirrored in the origin, in A's frame: a summand of A
-/// - B. It is the hull of a few pieces, each with a smooth support function:
-/// corners, circles of discs, a whole ellipsoid. Where the support goes from one
-/// piece to another the direction lies on a circle, and the edge, side line or
-/// face between them supports it.
+/// The core of A, or of -B, in A's frame: a summand of A - B. It is the hull of a few pieces with smooth support
+/// functions: vertices, circles of discs, an ellipsoid. The directions where the support passes from one piece to
+/// another lie on a circle, and are supported by the edge, lateral line or face between the pieces.
 class RoundBody {
  public:
-  /// Point x of the shape's frame stands at axes * x + centre.
+  /// The point x of the shape's frame is at axes * x + centre.
   RoundBody(const ConvexView& v, const Mat3& axes, const Vec3& centre)
       : view_(&v), axes_(axes), centre_(centre), radius_(v.param[0]), half_(0.5 * v.param[1]) {
     if (v.kind == ShapeKind::cone) {
@@ -48,13 +48,13 @@ class RoundBody {
 
   bool has_circle() const { return kind() == ShapeKind::cylinder || kind() == ShapeKind::cone; }
   bool is_circle(int piece) const { return kind() == ShapeKind::cylinder || (kind() == ShapeKind::cone && piece == 0); }
-  /// +1 or -1 for a circle: its disc faces +axis or -axis.
+  /// +1 or -1 for a circle: the direction of its disc along the axis.
   double facing(int piece) const { return kind() == ShapeKind::cylinder && piece == 0 ? 1.0 : -1.0; }
-  /// A circle is what supports n where facing * (axis . n) >= -circle_lift().
+  /// A circle supports n if facing * (axis . n) >= -circle_lift().
   double circle_lift() const { return sine_; }
   Vec3 circle_centre(int piece) const { return centre_ + facing(piece) * half_ * axis(); }
 
-  /// A piece that reaches farthest along n.
+  /// A piece that is farthest along n.
   int support_piece(const Vec3& n) const {
     const Vec3 m = axes_.transpose() * n;
     switch (kind()) {
@@ -78,8 +78,7 @@ class RoundBody {
     return 0;
   }
 
-  /// Does the body look the same from n and from -n? Then centre() is its
-  /// middle.
+  /// True if the body is symmetric under inversion; then centre() is its centre.
   bool symmetric() const { return kind() != ShapeKind::cone && view_->vertices.empty(); }
   const Vec3& centre() const { return centre_; }
 
@@ -96,11 +95,10 @@ class RoundBody {
     return {k * m[0], k * m[1], kind() == ShapeKind::cone || m[2] < 0 ? -half_ : half_};
   }
 
-  /// The piece's point farthest along n; a circle seen along its axis has all of
-  /// them, and gives one.
+  /// The piece's point farthest along n; for a circle with n along its axis all points are, and one is returned.
   Vec3 point(int piece, const Vec3& n) const {
     if (is_circle(piece)) {
-      // In the disc's plane to rounding, however steeply it is seen.
+      // In the disc's plane to rounding, whatever the angle.
       const double x = axes_.col(0).dot(n), y = axes_.col(1).dot(n), k = onto_circle(radius_, std::sqrt(x * x + y * y));
       return circle_centre(piece) + (k * x) * axes_.col(0) + (k * y) * axes_.col(1);
     }
@@ -112,14 +110,12 @@ class RoundBody {
     return centre_ + axes_ * corner(piece);
   }
 
-  /// Radii of curvature of the piece where its normal is n, along the
-  /// orthonormal tangents u and v: uu, uv, vv.
+  /// The radii of curvature of the piece where its normal is n, along the orthonormal tangents u and v: uu, uv, vv.
   void add_curvature(int piece, const Vec3& n, const Vec3& u, const Vec3& v, double w[3]) const {
     if (is_circle(piece)) {
       const Vec3 t = axis().cross(n);
       const double rho2 = t.squaredNorm();
-      if (!(rho2 > tolerance::curvature_in_range))
-        return;  // seen along the axis; beyond, the curvature would leave the range of a double
+      if (!(rho2 > tolerance::curvature_in_range)) return;  // along the axis; beyond, the curvature would overflow
       const double k = radius_ / (rho2 * std::sqrt(rho2)), tu = t.dot(u), tv = t.dot(v);
       w[0] += k * tu * tu, w[1] += k * tu * tv, w[2] += k * tv * tv;
     } else if (kind() == ShapeKind::ellipsoid) {
@@ -132,8 +128,7 @@ class RoundBody {
     }
   }
 
-  /// Where `other` takes over from `piece`: beyond the circle, on the side the
-  /// axis points to.
+  /// The circle beyond which, towards the axis, `other` takes over from `piece`.
   Circle circle(int piece, int other) const {
     switch (kind()) {
       case ShapeKind::capsule:
@@ -154,8 +149,8 @@ class RoundBody {
     return {unit(axes_ * (corner(other) - corner(piece)))};
   }
 
-  /// The circles that hold all directions with more than one supporting point,
-  /// but for discs and corners of hulls.
+  /// The circles that contain all directions with more than one supporting point, except for discs and vertices of
+  /// hulls.
   int kinks(Circle* circles) const {
     switch (kind()) {
       case ShapeKind::box:
@@ -198,31 +193,31 @@ class RoundBody {
     return 0;
   }
 
-  /// A hull or triangle whose corners lie on a line.
+  /// True for a hull or triangle whose vertices are collinear.
   bool is_segment() const { return view_->vertices.size() == 2; }
 
-  /// On the circles of these bodies they reach to middle() . n + level(), the same all around.
+  /// True if on the circles of these bodies the support is middle() . n + level(), constant all around.
   bool is_level() const { return kind() == ShapeKind::capsule || has_circle() || is_segment(); }
-  /// A point of the axis of a body that is the same all around one.
+  /// A point of the axis of a body that is rotationally symmetric.
   Vec3 middle() const { return is_segment() ? Vec3(centre_ + axes_ * corner(0)) : centre_; }
   double level() const {
     return kind() == ShapeKind::cylinder ? radius_ : kind() == ShapeKind::cone ? half_ * sine_ : 0.0;
   }
 
-  /// The longest of an ellipsoid's axes over the shortest; 1 for all else.
+  /// The ratio of an ellipsoid's longest to its shortest axis; 1 for others.
   double aspect() const {
     if (kind() != ShapeKind::ellipsoid) return 1;
     const auto [least, most] = std::minmax({view_->param[0], view_->param[1], view_->param[2]});
     return most / least;
   }
 
-  /// The radius of a ball that rolls inside an ellipsoid, as far as directions on the circle can tell: there it reaches
-  /// as far as a smaller body does and this much. No less than its radius of curvature is anywhere. 0 of other kinds.
+  /// The radius of a ball rolling inside an ellipsoid, as far as directions on the circle can tell: the support there
+  /// is that of a smaller body plus this radius. At least its least radius of curvature. 0 for other kinds.
   double rolling_ball(const Circle& c) const {
     if (kind() != ShapeKind::ellipsoid) return 0;
     const Vec3 r{view_->param[0], view_->param[1], view_->param[2]};
     if (c.height != 0) return r.minCoeff() * r.minCoeff() / r.maxCoeff();
-    // Seen along the axis it is an ellipse with these squared half axes.
+    // Projected along the axis it is an ellipse with these squared half axes.
     const Vec3 u = any_perpendicular(c.axis), v = c.axis.cross(u);
     const Vec3 a = r.cwiseProduct(axes_.transpose() * u), b = r.cwiseProduct(axes_.transpose() * v);
     const double mean = 0.5 * (a.squaredNorm() + b.squaredNorm()), half = 0.5 * (a.squaredNorm() - b.squaredNorm());
@@ -230,8 +225,7 @@ class RoundBody {
     return std::max(0.0, mean - spread) / std::sqrt(mean + spread);
   }
 
-  /// The first t in (0, end) where a piece not among the `count` active ones
-  /// takes over from one of them.
+  /// The first t in (0, end) where a piece not among the `count` active ones takes over from one of them.
   template <class Report>
   void first_crossing(const Arc& arc, double end, const int* active, int count, Report&& report) const {
     if (kind() == ShapeKind::ellipsoid || kind() == ShapeKind::sphere) return;
@@ -258,7 +252,7 @@ class RoundBody {
       }
       return;
     }
-    // Corners of a hull: in its frame.
+    // Vertices of a hull: in its frame.
     const Arc local{axes_.transpose() * arc.p, axes_.transpose() * arc.q, axes_.transpose() * arc.s};
     const auto cross_corner = [&](int from, int other) {
       if (is_active(other)) return;
@@ -277,9 +271,8 @@ class RoundBody {
     }
   }
 
-  /// The points that reach farthest along n to within `tolerance`: corners of a
-  /// face, ends of a side, at most `capacity`; returns how many. A disc seen
-  /// along its axis is its centre, and `disc` its radius.
+  /// The points that are farthest along n within `tolerance`: vertices of a face, ends of a line, at most `capacity`;
+  /// returns how many. A disc perpendicular to n is its centre, and `disc` its radius.
   int face(const Vec3& n, double tolerance, Vec3* points, int capacity, double& disc) const {
     disc = 0;
     const int first = support_piece(n);
@@ -309,8 +302,8 @@ class RoundBody {
   }
 
  private:
-  /// The first t in [0, end] from which a + b t + c t^2 is positive, to rounding; beyond `end` where there is none. An
-  /// arc past a small circle, as that of a flat cone's side, may enter and leave it.
+  /// The first t in [0, end] from which a + b t + c t^2 is positive, to rounding; beyond `end` if there is none. An arc
+  /// past a small circle, as that of a flat cone's lateral surface, may enter and leave it.
   static double first_positive(double a, double b, double c, double end) {
     const double square = b * b - 4 * a * c;
     const bool passes = a < 0 && b > 0 && b + 2 * end * c < 0 && square > 0;
@@ -320,7 +313,8 @@ class RoundBody {
     return root > 0 ? std::min(end, -2 * a / root) : end;
   }
 
-  /// Is a cone's apex farther along m, in its frame, than its circle? Flat cones need the ratio, not the cosine.
+  /// True if a cone's apex is farther along m, in its frame, than its circle. Flat cones need the ratio, not the
+  /// cosine.
   bool to_apex(const Vec3& m) const {
     return m[2] > 0 && m[2] * m[2] * cosine_ * cosine_ > (m[0] * m[0] + m[1] * m[1]) * sine_ * sine_;
   }
@@ -352,7 +346,7 @@ class RoundBody {
   Mat3 axes_;
   Vec3 centre_;
   double radius_, half_;
-  double sine_ = 0, cosine_ = 1;  ///< of a cone: height and radius of the circle of its side's normals
+  double sine_ = 0, cosine_ = 1;  ///< for a cone: height and radius of the circle of its lateral normals
 };
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// Loops over parts of an array, on the threads of a runner.
 #pragma once
 #include <algorithm>
 
@@ -5,19 +6,19 @@
 
 namespace tandem {
 
-/// The caller does all of it where there is no runner.
+/// Runs the parts; without a runner the caller does all.
 inline void run_parts(const PartRunner& runner, std::size_t parts, const std::function<void(std::size_t)>& part) {
   if (runner && parts > 1) return runner(parts, part);
   for (std::size_t k = 0; k < parts; ++k) part(k);
 }
 
-/// The number of stretches of at most so many in which a row of `count` is worked on.
+/// The number of ranges of at most `most` elements in an array of `count`.
 inline std::size_t stretches(std::size_t count, std::size_t most) { return (count + most - 1) / most; }
 
 /// Vertices or triangles that a thread takes at a time: some tens of microseconds of work.
 inline constexpr std::size_t elements_a_stretch = 16'384;
 
-/// work(k, begin, end) for each stretch k of a row.
+/// Calls work(k, begin, end) for each range k of the array.
 template <class Work>
 void run_stretches(const PartRunner& runner, std::size_t count, std::size_t most, const Work& work) {
   run_parts(runner, stretches(count, most), [&](std::size_t k) { work(k, k * most, std::min(count, (k + 1) * most)); });

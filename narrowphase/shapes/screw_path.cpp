@@ -1,3 +1,4 @@
+// Screw motions: poses and bounds on speeds.
 #include "shapes/screw_path.h"
 
 #include <cmath>
@@ -30,7 +31,7 @@ ScrewPath::ScrewPath(const Motion& motion) : motion_{orthonormalized(motion.from
   chord_speed_ = (half > 0 ? half / std::sin(half) : 1.0) * across_.norm();
 }
 
-// What lies across the axis, turned.
+// The component across the axis, rotated.
 Vec3 ScrewPath::across_at(double angle) const { return std::cos(angle) * across_ + std::sin(angle) * square_; }
 
 Pose ScrewPath::at(double t) const {
@@ -53,7 +54,7 @@ double ScrewPath::speed_along(const Vec3& n, const Pose& pose, double t, const V
   const double scale = half_angle > 0 ? half_angle / std::sin(half_angle) : 1.0;
   const Vec3 velocity = along_ + scale * across_at((t - 0.5) * angle_);
   if (angle_ == 0) return n.dot(velocity);
-  // n . (omega x r) = (n x omega) . r, the most over the box.
+  // n . (omega x r) = (n x omega) . r, maximised over the box.
   const Vec3 lever = pose.rotation.transpose() * n.cross(angle_ * axis_);
   return n.dot(velocity) + lever.dot(mid - centre_) + lever.cwiseAbs().dot(half);
 }

@@ -1,24 +1,25 @@
+// Screw motions: poses and bounds on speeds.
 #pragma once
 #include "tandem/narrowphase/motion.h"
 
 namespace tandem {
 
-/// A motion, as a rule a screw: a turn by `angle` about a fixed direction, and a path of the origin that is well
-/// conditioned for every angle: along the axis evenly, across it by a chord of the circle (the ratio of two sines),
-/// never by the axis' place, which is far away where the angle is small. Or straight: a turn about a point that goes
-/// evenly along.
+/// A motion, usually a screw: a rotation by `angle` about a fixed direction, and a path of the origin that is well
+/// conditioned for every angle: uniform along the axis, across it along a chord of the circle (the ratio of two sines),
+/// never by the axis' position, which is far away for small angles. Or a straight motion: a rotation about a point that
+/// moves uniformly.
 class ScrewPath {
  public:
   explicit ScrewPath(const Motion& motion);
 
   Pose at(double t) const;
-  /// The most that a point of the box (in the body's frame; `pose` is the body's at `t`) moves along unit `n` in unit
-  /// time, at its speed at time t.
+  /// The largest speed along the unit vector `n` of a point of the box (in the body's frame; `pose` is the body's at
+  /// `t`) at time t, per unit time.
   double speed_along(const Vec3& n, const Pose& pose, double t, const Vec3& mid, const Vec3& half) const;
-  /// The most by which such a point's velocity changes in unit time.
+  /// The largest acceleration of such a point.
   double acceleration(const Vec3& mid, const Vec3& half) const;
-  double angle() const { return angle_; }  ///< that it turns by, [0, pi]
-  /// The most that a point of a body goes all in all, which reaches so far from its origin.
+  double angle() const { return angle_; }  ///< in all, [0, pi]
+  /// The longest path of a point of a body whose points are at most `reach` from its origin.
   double length(double reach) const { return along_.norm() + chord_speed_ + angle_ * (reach + centre_.norm()); }
 
  private:
@@ -27,8 +28,8 @@ class ScrewPath {
   Motion motion_;
   Vec3 axis_ = Vec3::UnitZ();   // unit, world
   double angle_ = 0;            // [0, pi]
-  Vec3 centre_ = Vec3::Zero();  // of the body's frame: what the displacement is of, the origin of a screw
-  Vec3 along_, across_;         // of its displacement: along the axis, square to it; straight: all along
+  Vec3 centre_ = Vec3::Zero();  // in the body's frame: the point whose displacement is given; for a screw the origin
+  Vec3 along_, across_;         // components of the displacement along and across the axis; straight: all along
   Vec3 square_;                 // axis x across
   double chord_speed_ = 0;      // of the centre, across the axis
 };

@@ -1,3 +1,4 @@
+// Shapes: checks, bounding boxes, mass, memory.
 #include "tandem/narrowphase/shape.h"
 
 #include <algorithm>
@@ -26,14 +27,14 @@ namespace {
 using detail::BuiltParts;
 using detail::SharedParts;
 
-// A length may be 0 where the kind allows it.
+// The coordinate of the open sides of half-spaces and planes.
 constexpr double open_side = 1e300;
 
 [[noreturn]] void refuse(std::string_view field, double value, const std::string& allowed) {
   throw std::invalid_argument(std::string(field) + " is " + written(value) + "; it must be " + allowed);
 }
 
-// From the shortest length to the longest.
+// The permitted lengths, for messages.
 std::string allowed_lengths() {
   return "from " + written(tolerance::shortest_length) + " to " + written(tolerance::longest_length);
 }
@@ -60,8 +61,8 @@ void require_vertices(std::string_view what, std::span<const Vec3> vertices) {
                        vertices[i][k]);
 }
 
-/// Points may coincide, but not lie apart by less than can be reckoned with. `extent`: along the axes; the squares of
-/// its length, `size`, may underflow.
+/// Points may coincide, but not have an extent too small to compute with. `extent`: along the axes; the square of its
+/// length, `size`, may underflow.
 void require_extent(std::string_view what, const Vec3& extent, double size) {
   const double largest = extent.maxCoeff();
   if (largest > 0 && size < tolerance::shortest_length)
@@ -69,7 +70,7 @@ void require_extent(std::string_view what, const Vec3& extent, double size) {
            "0, or at least " + written(tolerance::shortest_length));
 }
 
-/// The hull of the points that are its vertices alone: so that a hull made of a hull's vertices is the same one, with
+/// The hull of only those points that are its vertices, so that a hull made of a hull's vertices is the same one, with
 /// its faces in the same order.
 Hull hull_of_its_vertices(std::span<const Vec3> points) {
   Hull hull = build_hull(points);
@@ -87,14 +88,14 @@ std::array<double, 4> unit_plane(const std::string& what, const Vec3& normal, do
   const double length = normal.stableNorm();
   if (!(length >= tolerance::shortest_normal))
     refuse(what + ": length of normal", length, "at least " + written(tolerance::shortest_normal));
-  // One that is unit to rounding stays as it is: what was written is read back as the same bits.
+  // A normal that is unit to rounding is kept, so that written numbers are read back as the same bits.
   if (std::abs(length - 1) <= 4 * epsilon) return {normal.x(), normal.y(), normal.z(), offset};
   const Vec3 n = (normal / length).normalized();
   require_number(what + ": offset / length of normal", offset / length);
   return {n.x(), n.y(), n.z(), offset / length};
 }
 
-/// Along an axis that is the normal: where the half-space n . x <= offset of a body at `t` ends.
+/// Along an axis that is the normal: closes the box where the half-space n . x <= offset of a body at `t` ends.
 void close_side(Bounds& open, const Vec3& n, double offset, const Vec3& t) {
   for (int k = 0; k < 3; ++k)
     if (n[k] != 0 && n[(k + 1) % 3] == 0 && n[(k + 2) % 3] == 0)
@@ -103,7 +104,7 @@ void close_side(Bounds& open, const Vec3& n, double offset, const Vec3& t) {
 
 Bounds around(const Vec3& centre, const Vec3& half) { return {centre - half, centre + half}; }
 
-// By the hierarchy, where there need be no hull.
+// The box by the hierarchy, where the hull is not needed.
 Bounds posed_bounds(const MeshModel& mesh, const Pose& pose) {
   Vec3 lo, hi;
   for (int k = 0; k < 3; ++k) {
@@ -115,14 +116,14 @@ Bounds posed_bounds(const MeshModel& mesh, const Pose& pose) {
 }
 
 Bounds posed_bounds(const Hull& hull, const Pose& pose) {
-  // Rotated first and moved last, so that a far translation costs one rounding only.
+  // Rotated first and translated last, so that a far translation is rounded only once.
   Vec3 lo = Vec3::Constant(std::numeric_limits<double>::infinity()), hi = -lo;
   const auto add = [&](const Vec3& vertex) {
     const Vec3 v = pose.rotation * vertex;
     lo = lo.cwiseMin(v);
     hi = hi.cwiseMax(v);
   };
-  constexpr std::size_t few = 64;  // all are looked at in the time that six searches take
+  constexpr std::size_t few = 64;  // all are examined in the time of six searches
   if (hull.vertices.size() <= few) {
     for (const Vec3& v : hull.vertices) add(v);
   } else {
@@ -199,7 +200,7 @@ Shape::Shape(const Convex& s) : kind_(ShapeKind::convex) {
 
 Shape::Shape(const Triangle& s) : kind_(ShapeKind::triangle) {
   require_vertices("triangle", s.vertices);
-  // Queries that name triangles treat it as a mesh of one.
+  // Queries that return triangles treat it as a mesh of one.
   auto mesh =
       std::make_shared<const MeshModel>(build_mesh({{s.vertices.begin(), s.vertices.end()}, {{0, 1, 2}}, false}, {}));
   size_ = 2 * mesh->half.norm();
@@ -233,7 +234,7 @@ Shape Shape::rounded(double radius) const {
   Shape s = *this;
   s.rounding_ += radius;
   require_not_negative("rounding", s.rounding_);
-  // Parts of its own, whose address is identity(): a rounded shape is another one than its core.
+  // Separate shared data, whose address is identity(): a rounded shape differs from its core.
   if (detail::ShapeInsides::is_built(*this)) {
     const BuiltParts& parts = detail::ShapeInsides::parts(*this);
     s.parts_ = std::make_shared<BuiltParts>(parts.hull, parts.mesh);
@@ -257,14 +258,14 @@ ShapeMemory Shape::memory_by_part() const {
   return memory;
 }
 
-// Beside the parts std::make_shared keeps two counters and a table's address.
+// In addition, std::make_shared stores two counters and a table's address.
 std::size_t detail::ShapeInsides::memory_of_parts(const Shape& shape) {
   return (is_built(shape) ? sizeof(BuiltParts) : sizeof(SharedParts)) + 2 * sizeof(void*) +
          (shape.parts_->mass.is_made() ? sizeof(MassProperties) : 0);
 }
 
 std::size_t memory_of(std::span<const Shape> shapes) {
-  std::vector<std::pair<const void*, std::size_t>> held;  // where each part lies, its bytes
+  std::vector<std::pair<const void*, std::size_t>> held;  // address and bytes of each shared object
   for (const Shape& shape : shapes) {
     held.emplace_back(shape.identity(), detail::ShapeInsides::memory_of_parts(shape));
     if (has_hull(shape)) held.emplace_back(&hull_of(shape), hull_of(shape).memory());

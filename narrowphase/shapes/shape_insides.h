@@ -1,3 +1,4 @@
+// The built data of a shape: hull and mesh model.
 #pragma once
 #include <memory>
 
@@ -8,25 +9,25 @@
 
 namespace tandem {
 
-/// What copies of a shape have in common.
+/// The data that copies of a shape share.
 struct detail::SharedParts {
   MadeOnce<MassProperties> mass;
 };
 
 namespace detail {
 
-/// What shapes share that a hull or a mesh is built for.
+/// Shared data of shapes for which a hull or a mesh is built.
 struct BuiltParts : SharedParts {
   BuiltParts(std::shared_ptr<const Hull> of_hull, std::shared_ptr<const MeshModel> of_mesh)
       : hull(std::move(of_hull)), mesh(std::move(of_mesh)) {}
 
-  std::shared_ptr<const Hull> hull;       ///< convex, triangle
-  std::shared_ptr<const MeshModel> mesh;  ///< mesh, triangle
+  std::shared_ptr<const Hull> hull;       ///< of a convex or triangle
+  std::shared_ptr<const MeshModel> mesh;  ///< of a mesh or triangle
 };
 
 }  // namespace detail
 
-/// What was built of a shape; lives as long as a copy of the shape does.
+/// Access to the built data of a shape, which live as long as a copy of the shape.
 struct detail::ShapeInsides {
   static bool has_hull(const Shape& shape) {
     return shape.kind_ == ShapeKind::convex || shape.kind_ == ShapeKind::triangle;
@@ -35,7 +36,7 @@ struct detail::ShapeInsides {
     return shape.kind_ == ShapeKind::mesh || shape.kind_ == ShapeKind::triangle;
   }
   static bool is_built(const Shape& shape) { return has_hull(shape) || has_mesh(shape); }
-  /// Of a shape that has either.
+  /// For a shape that has either.
   static const BuiltParts& parts(const Shape& shape) { return static_cast<const BuiltParts&>(*shape.parts_); }
   static const Hull& hull(const Shape& shape) { return *parts(shape).hull; }
   static const MeshModel& mesh(const Shape& shape) { return *parts(shape).mesh; }
@@ -43,13 +44,13 @@ struct detail::ShapeInsides {
   static Bounds core_bounds(const Shape& shape, const Pose& pose, const WorkLimit* limit) {
     return shape.core_bounds(pose, limit);
   }
-  /// The mesh of a model that is not to change as long as a copy of the shape lives.
+  /// The shape of a model that must not change while a copy of the shape lives.
   static Shape shape(std::shared_ptr<const MeshModel> model);
 };
 
-/// Is it a convex or a triangle?
+/// True for a convex or a triangle.
 inline bool has_hull(const Shape& shape) { return detail::ShapeInsides::has_hull(shape); }
-/// Is it a mesh or a triangle?
+/// True for a mesh or a triangle.
 inline bool has_mesh(const Shape& shape) { return detail::ShapeInsides::has_mesh(shape); }
 /// The hull of a convex or a triangle.
 inline const Hull& hull_of(const Shape& shape) { return detail::ShapeInsides::hull(shape); }

@@ -1,3 +1,4 @@
+// Makes shapes from point clouds, height fields and voxels.
 #include "tandem/narrowphase/shape_makers.h"
 
 #include <algorithm>
@@ -75,7 +76,7 @@ Shape height_field(std::span<const double> heights, std::size_t columns, std::si
 
 namespace {
 
-/// A cell, or a corner of cells, as one number: in the order of (z, y, x).
+/// A cell, or a vertex of the grid, as one number: sorted by (z, y, x).
 using GridKey = std::uint64_t;
 constexpr std::int32_t grid_reach = 1 << 20;
 
@@ -104,7 +105,7 @@ std::vector<GridKey> sorted_cells(std::span<const std::array<std::int32_t, 3>> c
   return keys;
 }
 
-/// The corners of the faces that part a cell from a place without one, four a face, counterclockwise from outside.
+/// The vertices of the faces between a cell and an empty one, four a face, counterclockwise from outside.
 std::vector<GridKey> exposed_faces(const std::vector<GridKey>& cells) {
   std::vector<GridKey> corners;
   for (std::size_t axis = 0; axis < 3; ++axis)

@@ -1,4 +1,4 @@
-// How far a matrix is from a rotation.
+// The deviation of a matrix from a rotation.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// The largest entry of r^T r - 1: 0 where the columns are orthonormal.
+/// The largest entry of r^T r - 1: 0 for orthonormal columns.
 inline double skewness(const Mat3& r) {
   const auto off = [&](int i, int j) {
     return std::abs(r(0, i) * r(0, j) + (r(1, i) * r(1, j) + r(2, i) * r(2, j)) - (i == j ? 1 : 0));

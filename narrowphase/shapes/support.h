@@ -1,3 +1,4 @@
+// Support functions of cores, and the relative pose of a pair.
 #pragma once
 #include <algorithm>
 #include <cmath>
@@ -12,26 +13,27 @@
 
 namespace tandem {
 
-/// Every bounded convex shape is a core and a ball about each of its points: spheres are a point, capsules a segment,
-/// all others their own core with radius 0. Solvers work on cores: rounding never needs iterations.
+/// The radius of a shape about its core. Every bounded convex shape is a core with a radius about each of its points: a
+/// sphere's core is a point, a capsule's a segment, all others are their own core with radius 0. Solvers work on cores,
+/// so the radius never needs iterations.
 inline double core_radius(const ConvexView& v) {
   constexpr KindSet swept = kinds_where([](const KindRow& row) { return row.swept; });
   return swept.has(v.kind) ? v.param[0] : 0.0;
 }
 
-/// Has the core of a shape of this kind flat faces, straight edges and corners alone (or is it a point)?
+/// True if the core of a shape of this kind has only flat faces, straight edges and vertices, or is a point.
 constexpr bool is_polytope(ShapeKind kind) {
   constexpr KindSet flat = kinds_where([](const KindRow& row) { return row.core == CoreSurface::flat; });
   return flat.has(kind);
 }
 
-/// A point of a core and, for polytopes, which of its vertices it is: equal numbers mean equal points.
+/// A point of a core and, for polytopes, its vertex number: equal numbers mean equal points.
 struct SupportPoint {
   Vec3 p;
   std::uint32_t vertex;
 };
 
-/// The vertex of a polytope's core with the number that `core_support` gave it, in the shape's frame.
+/// The vertex of a polytope's core with a number that `core_support` returned, in the shape's frame.
 inline Vec3 core_vertex(const ConvexView& v, std::uint32_t vertex) {
   switch (v.kind) {
     case ShapeKind::box:
@@ -54,8 +56,8 @@ inline Vec3 core_vertex(const ConvexView& v, std::uint32_t vertex) {
   return Vec3::Zero();
 }
 
-/// What takes a vector `rho` long in the plane of a disc to its circle. Seen along its axis all of a disc reaches as
-/// far, and one that is so nearly is its centre: such a vector's length is not known.
+/// The factor that takes a vector of length `rho` in the plane of a disc to its circle. Along its axis all points of a
+/// disc are equally far, so for tiny `rho`, whose vector has no accurate direction, the centre stands for it.
 inline double onto_circle(double radius, double rho) { return rho > tolerance::shortest_squared ? radius / rho : 0.0; }
 
 /// A point of the core farthest along d (no shorter than 1e-100), in the shape's frame.
@@ -108,7 +110,7 @@ inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, Suppo
 }
 inline Vec3 core_support(const ConvexView& v, const Vec3& d) { return core_support_point(v, d, support_kernel()).p; }
 
-/// The middle of the shape's core, in its frame: inside it for every kind.
+/// The centre of the shape's core, in its frame: inside it for every kind.
 inline Vec3 core_centre(const ConvexView& v) {
   if (v.hull != nullptr) return v.hull->inside;
   if (v.vertices.empty()) return Vec3::Zero();
@@ -117,7 +119,7 @@ inline Vec3 core_centre(const ConvexView& v) {
   return sum / static_cast<double>(v.vertices.size());
 }
 
-/// The radius of a ball about that point that is in the core; 0 where none is known.
+/// The radius of a ball about that point inside the core; 0 if none is known.
 inline double core_inner_radius(const ConvexView& v) {
   const double radius = v.param[0], half = 0.5 * v.param[1];
   switch (v.kind) {
@@ -140,7 +142,7 @@ inline double core_inner_radius(const ConvexView& v) {
   return v.hull != nullptr ? v.hull->inner_radius : 0;
 }
 
-/// Any unit vector at right angles to v (v not zero).
+/// Some unit vector perpendicular to v (v not zero).
 inline Vec3 any_perpendicular(const Vec3& v) {
   int least = 0;
   for (int i = 1; i < 3; ++i)
@@ -148,7 +150,8 @@ inline Vec3 any_perpendicular(const Vec3& v) {
   return unit(v.cross(Vec3::Unit(least)));
 }
 
-/// B as A sees it. Subtracting the translations before rotating keeps far-away pairs as exact as near ones.
+/// The pose of B in A's frame. Translations are subtracted before rotating, so that pairs far from the origin are as
+/// exact as near ones.
 struct RelativePose {
   Mat3 rotation;
   Vec3 translation;
@@ -163,7 +166,7 @@ inline RelativePose relative(const Pose& a, const Pose& b) {
   return r;
 }
 
-/// What a solver finds, in A's frame. gap = upper - lower bound of the signed distance, 0 where exact to rounding.
+/// A solver's answer, in A's frame. gap = upper - lower bound of the signed distance, 0 if exact to rounding.
 struct LocalAnswer {
   double signed_distance = 0;
   Vec3 point_a = Vec3::Zero();

@@ -1,3 +1,4 @@
+// Vector kernels of support functions, compiled once for each instruction set.
 #include "shapes/support_kernel.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Vector kernels of support functions.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -6,8 +7,8 @@
 
 namespace tandem {
 
-/// The number of the vertex farthest along d (x, y, z), among equals the first: of the dot products in double, summed
-/// in order. The vertices are those that the map was made of.
+/// The number of the vertex farthest along d (x, y, z), among equals the first: by dot products in double, summed in
+/// order. The vertices are those that the map was made of.
 using SupportKernel = std::uint32_t (*)(const SupportMap& map, const Vec3* vertices, const double* d);
 
 /// The kernel for the widest instruction set of the processor (SSE2 to AVX-512). All give the same answer.
@@ -18,17 +19,17 @@ struct Hull;
 }
 using detail::Hull;
 
-/// The number of the face whose normal is the most along d (x, y, z), among equals the first. The hull has
+/// The number of the face whose normal is most aligned with d (x, y, z), among equals the first. The hull has
 /// `normals`.
 using FaceKernel = std::uint32_t (*)(const Hull& hull, const double* d);
 FaceKernel face_kernel();
 
-/// At least how far the vertices reach along d beyond the map's middle, and about 1e-6 of their size more. Infinite for
-/// directions of extreme length.
+/// An upper bound on the vertices' support along d relative to the map's middle, at most about 1e-6 of their size too
+/// large. Infinite for directions of extreme length.
 using ReachKernel = double (*)(const SupportMap& map, const double* d);
 ReachKernel reach_kernel();
 
-/// The index of the least of `count` numbers below the limit, the first of equals; `count` where none is.
+/// The index of the least of `count` numbers below the limit, the first of equals; `count` if there is none.
 using LeastKernel = std::size_t (*)(const double* values, std::size_t count, double limit);
 LeastKernel least_kernel();
 
@@ -40,8 +41,8 @@ struct PlaneBatch {
   alignas(64) double offset[most];     ///< normal . apex; infinite for a sliver
 };
 
-/// Fills normal and offset of the first `count` of a batch (and of what the last vector reaches), for the apex
-/// (x, y, z). A sliver: the height over its longest edge from the apex is at most the square root of sliver2.
+/// Sets normal and offset of the first `count` of a batch (and of the rest of the last vector), for the apex (x, y, z).
+/// Sliver: the height over its longest edge from the apex is at most the square root of sliver2.
 using PlaneKernel = void (*)(std::size_t count, double sliver2, double x, double y, double z, PlaneBatch& batch);
 PlaneKernel plane_kernel();
 

@@ -1,3 +1,4 @@
+// Builds the vertex tables of support searches.
 #include "shapes/support_map.h"
 
 #include <algorithm>
@@ -11,7 +12,7 @@
 namespace tandem {
 namespace {
 
-/// The edges of the chamber with the signs and the order of |x|, |y|, |z| in `code`; false where no such order exists.
+/// The edges of the chamber with the signs and the order of |x|, |y|, |z| in `code`; false if no such order exists.
 bool chamber_edges(unsigned code, std::array<Vec3, 3>& edges) {
   const bool xy = code & 8u, yz = code & 16u, zx = code & 32u;
   if (xy && yz && zx) return false;
@@ -32,8 +33,8 @@ std::array<Vec3, 3> octant_edges(unsigned signs) {
   return edges;
 }
 
-/// Those of some vertices that are not beaten along all three edges of a cone by the farthest along one of them, or
-/// along its middle.
+/// The vertices, of some, that are not dominated along all three edges of a cone by the vertex farthest along one of
+/// these, or along the cone's centre.
 std::vector<std::uint32_t> unbeaten(std::span<const Vec3> vertices, std::span<const std::uint32_t> some,
                                     const std::array<Vec3, 3>& edges, double margin, WorkMeter& meter) {
   meter.spend(1 + static_cast<int>(some.size() / 8));
@@ -79,7 +80,7 @@ SupportMap::SupportMap(std::span<const Vec3> vertices, const Vec3& middle, WorkM
   const Vec3 reach = (hi - middle_).cwiseMax(middle_ - lo);
   if (reach.maxCoeff() > 0) unit_ = std::ldexp(1.0, std::ilogb(reach.maxCoeff()));
   for (int k = 0; k < 3; ++k) {
-    // Values in double precision are about the shape's origin.
+    // Values in double precision are relative to the shape's origin.
     const double rounding = tolerance::support_of_floats * reach[k] + tolerance::support_of_doubles * most[k];
     const double slack = rounding / unit_ + tolerance::clear_of_denormals;
     slack_[static_cast<std::size_t>(k)] = static_cast<float>(1.001 * slack);
@@ -97,8 +98,8 @@ SupportMap::SupportMap(std::span<const Vec3> vertices, const Vec3& middle, WorkM
     append(kept);
     return;
   }
-  // Beaten by more than any rounding of a dot product: the answer is that of a scan of all vertices, bit for bit. What
-  // is beaten all over an octant is so in its chambers, too.
+  // Dominated by more than any rounding of a dot product, so that the answer is that of a scan of all vertices, bit for
+  // bit. A vertex dominated over an octant is so in its chambers, too.
   const double margin = 32 * epsilon * most.maxCoeff();
   chambers_.resize(64);
   std::array<std::vector<std::uint32_t>, 8> of_octant;

@@ -21,7 +21,7 @@ class WorkMeter;
 /// each: about 14 of 256 on a ball.
 class SupportMap {
  public:
-  static constexpr std::size_t block = 8;         ///< vertices a block, the widest vector of singles in use
+  static constexpr std::size_t block = 8;         ///< vertices a block, the widest vector of floats in use
   static constexpr std::size_t searched_all = 8;  ///< blocks up to which there are no chambers
 
   /// Ascending by index; the last one is repeated to fill the block.
@@ -35,7 +35,7 @@ class SupportMap {
   };
 
   SupportMap() = default;
-  /// Work is counted as it goes: the meter may end it (WorkStopped).
+  /// Counts its work: the meter may end it (WorkStopped).
   SupportMap(std::span<const Vec3> vertices, const Vec3& middle, WorkMeter& meter);
 
   bool empty() const { return blocks_.empty(); }
@@ -49,8 +49,8 @@ class SupportMap {
     const unsigned order = (x > y ? 8u : 0u) | (y > z ? 16u : 0u) | (z > x ? 32u : 0u);
     return chambers_[signs | order];
   }
-  /// Times the sizes of a direction's coordinates: how far behind the farthest a vertex may seem to lie in single
-  /// precision and be the farthest in double.
+  /// Multiplied with the absolute coordinates of a direction: by how much a vertex may be behind the farthest in single
+  /// precision and still be the farthest in double.
   const std::array<float, 3>& slack() const { return slack_; }
   double unit() const { return unit_; }
   const Vec3& middle() const { return middle_; }

@@ -1,4 +1,4 @@
-// Supports of polytopes, written for the instruction set that the including file is compiled for.
+// Supports of polytopes, for the instruction set that the including file is compiled for.
 #if defined(TANDEM_NARROWPHASE_SUPPORT_SEARCH_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef TANDEM_NARROWPHASE_SUPPORT_SEARCH_INL_H
 #undef TANDEM_NARROWPHASE_SUPPORT_SEARCH_INL_H
@@ -20,7 +20,7 @@ HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Of the points that the map was made of; `place` of a number gives the point.
+/// Searches among the points that the map was made of; `place` of a number returns the point.
 template <class Place>
 HWY_INLINE std::uint32_t farthest_point(const SupportMap& map, const Place& place, double x, double y, double z) {
   const hn::CappedTag<float, 8> tag;

@@ -1,4 +1,4 @@
-// The triangles of a mesh about a corner, from edge to edge, and their normals.
+// The triangles of a mesh about a vertex, and their normals.
 #pragma once
 #include <algorithm>
 #include <optional>
@@ -7,17 +7,17 @@
 
 namespace tandem {
 
-/// A triangle with one of its corners; the triangle is no_index beyond a border, the corner 3 where none of the
-/// triangle's lies at the place that was asked for.
+/// A triangle with one of its corners; the triangle is no_index beyond a border, the corner is 3 if none of the
+/// triangle's is at the requested position.
 struct TriangleCorner {
   std::uint32_t triangle;
   std::size_t corner;
 };
 
-/// Triangles about a corner that are gone through at most.
+/// The most triangles about a corner that are visited.
 inline constexpr std::size_t most_about_corner = 64;
 
-/// The next triangle about a corner: beyond the edge that leaves the corner, or, `back`, beyond the one that arrives.
+/// The next triangle about a corner: across the edge that leaves the corner, or, `back`, across the one that arrives.
 inline TriangleCorner next_about_corner(const MeshModel& mesh, const TriangleCorner& at, bool back = false) {
   const std::uint32_t next = mesh.neighbours()[at.triangle][back ? (at.corner + 2) % 3 : at.corner];
   if (next == no_index) return {no_index, 3};
@@ -27,7 +27,7 @@ inline TriangleCorner next_about_corner(const MeshModel& mesh, const TriangleCor
   return {next, static_cast<std::size_t>(std::find_if(other.begin(), other.end(), same) - other.begin())};
 }
 
-/// The unit normal of a triangle whose height over its longest side is more than `sliver` of that; else none.
+/// The unit normal of a triangle whose height over its longest side is more than `sliver` of that side; else none.
 inline std::optional<Vec3> triangle_normal(const MeshModel& mesh, std::uint32_t t, double sliver) {
   const auto p = mesh.corners(t);
   const Vec3 u = p[1] - p[0], v = p[2] - p[0], area = u.cross(v);

@@ -1,4 +1,4 @@
-// Lists whose elements are written once, by the threads that make them, and not before.
+// Lists whose elements are uninitialised until the threads that make them write them.
 #pragma once
 #include <cstddef>
 #include <memory>
@@ -11,17 +11,17 @@
 
 namespace tandem {
 
-/// Memory for so many bytes, a few pages or more, by huge pages where the system has them: writing to memory for the
-/// first time costs as much as the work on it, page by page, and threads wait for one another there.
+/// Memory for so many bytes, a few pages or more, in huge pages if the system has them: first writes cost as much as
+/// the work itself, page by page, and threads wait for each other there.
 inline void* allocate_large(std::size_t bytes, std::size_t page) {
   void* const at = ::operator new(bytes, std::align_val_t(page));
 #ifdef __linux__
-  madvise(at, bytes / page * page, MADV_HUGEPAGE);  // what it answers changes nothing
+  madvise(at, bytes / page * page, MADV_HUGEPAGE);  // a failure changes nothing
 #endif
   return at;
 }
 
-/// Leaves new elements without a value where none is given: who resizes a list writes all of it.
+/// An allocator that leaves new elements uninitialised: after resizing, all elements must be written.
 template <class T>
 struct UninitialisedAllocator : std::allocator<T> {
   template <class U>
@@ -51,7 +51,7 @@ struct UninitialisedAllocator : std::allocator<T> {
   }
 
  private:
-  static constexpr std::size_t huge_page = std::size_t{1} << 21;  // bytes, of x86 and of most others
+  static constexpr std::size_t huge_page = std::size_t{1} << 21;  // bytes, on x86 and most others
   static bool is_large(std::size_t count) { return count >= 2 * huge_page / sizeof(T); }
 };
 

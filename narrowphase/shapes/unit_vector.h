@@ -6,7 +6,7 @@ namespace tandem {
 
 using tolerance::shortest_squared;
 
-/// v over its length, which is v.norm(): of length 1 to rounding, however short or long v is; 0 where v is.
+/// v over its length, which is v.norm(): unit to rounding, however short or long v is; 0 for v = 0.
 inline Vec3 unit(const Vec3& v, double length) {
   if (length > tolerance::shortest_squared && length < 1 / tolerance::shortest_squared) return v / length;
   const double most = v.cwiseAbs().maxCoeff();

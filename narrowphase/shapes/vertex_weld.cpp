@@ -1,5 +1,5 @@
-// A table of open addressing that several threads fill at once: of vertices with equal coordinates it keeps the least
-// index, whoever came first.
+// Finds vertices with equal coordinates: a hash table with open addressing that several threads fill at once; it keeps
+// the least index, whichever thread came first.
 #include "shapes/vertex_weld.h"
 
 #include <atomic>
@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t ahead = 12;  // vertices
 
-// Of equal coordinates, -0 and 0 among them, the same.
+// Equal for equal coordinates, including -0 and 0.
 std::uint64_t hash_of(const Vec3& p) {
   std::uint64_t hash = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -29,15 +29,15 @@ class VertexTable {
       : vertices_(vertices), slots_(std::bit_ceil(2 * vertices.size() + 1), no_index) {}
 
   std::uint64_t mask() const { return slots_.size() - 1; }
-  /// Brings the slot where a search begins near the processor.
+  /// Prefetches the slot where a search begins.
   void fetch(std::size_t slot) const { __builtin_prefetch(&slots_[slot], 1); }
-  /// And the vertex that is in it.
+  /// Prefetches the vertex in that slot.
   void fetch_held(std::size_t slot) {
     const std::uint32_t held = std::atomic_ref(slots_[slot]).load(std::memory_order_relaxed);
     if (held != no_index) __builtin_prefetch(&vertices_[held]);
   }
 
-  /// The slot of the vertices that are where this one is; its search begins at `start`.
+  /// The slot of the vertices at this vertex's position; the search begins at `start`.
   std::size_t add(std::uint32_t vertex, std::size_t start) {
     const std::size_t mask = slots_.size() - 1;
     for (std::size_t s = start;; s = (s + 1) & mask) {
@@ -66,7 +66,7 @@ std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices, const PartRun
   run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
     if (meter != nullptr) meter->spend(0);
     for (std::size_t v = begin; v < end; ++v) slots[v] = hash_of(vertices[v]) & table.mask();
-    // Of vertices in no order each search waits for memory, which is asked for long before.
+    // For vertices in no order each search is a cache miss, so it is prefetched long before.
     for (std::size_t v = begin; v < end; ++v) {
       if (v + 2 * ahead < end) table.fetch(slots[v + 2 * ahead]);
       if (v + ahead < end) table.fetch_held(slots[v + ahead]);

@@ -1,4 +1,4 @@
-// Vertices with equal coordinates: files often repeat vertices.
+// Vertices with equal coordinates, which files often repeat.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -9,8 +9,8 @@
 
 namespace tandem {
 
-/// For each vertex the first of those with the same coordinates. The same on any number of threads. A meter, if there
-/// is one, is asked whether to go on.
+/// For each vertex the first of those with the same coordinates. The same for any number of threads. The meter, if any,
+/// is asked whether to continue.
 std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices, const PartRunner& parts = {},
                                 BuildMeter* meter = nullptr);
 

@@ -1,3 +1,4 @@
+// Large meshes, whose hull is built only if an answer needs it.
 #pragma once
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
@@ -5,17 +6,17 @@
 
 namespace tandem {
 
-/// Triangles from which on a mesh's hull, which takes longer than its building (3 times of a million triangles, more of
-/// larger ones), is asked for only where an answer needs it.
+/// Number of triangles from which on a mesh's hull, which takes longer to build than the hierarchy (3 times for a
+/// million triangles, more for larger ones), is built only if an answer needs it.
 inline constexpr std::size_t triangles_without_hull = std::size_t{1} << 18;
 
-/// Is the hull not asked for to be quicker? By the mesh alone, so that no answer depends on what was asked before.
+/// True if the hull is not built to save time. Depends on the mesh alone, so that no answer depends on earlier queries.
 inline bool does_without_hull(const MeshModel& mesh) {
   return mesh.bends || mesh.triangles.size() >= triangles_without_hull;
 }
 
-/// A box that holds the posed shape, at once: of a mesh that does without a hull that about its turned box, else the
-/// smallest. The smallest box of a wide and flat mesh, many of whose corners are as high as any, takes milliseconds.
+/// A box that contains the posed shape, without delay: for a mesh without a hull the box about its rotated box, else
+/// the smallest. The smallest box of a wide and flat mesh, many of whose vertices are equally high, takes milliseconds.
 inline Bounds quick_bounds(const Shape& shape, const Pose& pose, const WorkLimit* limit) {
   if (shape.kind() != ShapeKind::mesh || !does_without_hull(mesh_of(shape))) return shape.bounds(pose, limit);
   const MeshModel& mesh = mesh_of(shape);

@@ -1,3 +1,4 @@
+// Counts work until the next check of a limit.
 #include "shapes/work_meter.h"
 
 namespace tandem {
@@ -9,7 +10,7 @@ bool WorkLimit::reached() const {
 }
 
 void WorkMeter::check_limit() {
-  // A stop may come a little later than a deadline, and all steps may be stopped: fewer checks then.
+  // A stop may come a little after a deadline, and all steps may have one: check less often then.
   const bool has_deadline = limit_ != nullptr && limit_->deadline != std::chrono::steady_clock::time_point::max();
   left_ = has_deadline ? between : 4 * between;
   if (limit_ != nullptr && limit_->reached()) throw WorkStopped();

@@ -1,15 +1,15 @@
-// How much a query has worked since its limit was last checked.
+// Counts the work of a query since its limit was last checked.
 #pragma once
 #include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 
-/// Of one thread. Checked at are the first work of all, so that searches of many short queries end, too, and then every
-/// `between` units: a unit is some 100 ns, the time that a node of a hierarchy takes, more or less. A check takes some
-/// 50 ns, and what is counted as a unit may take several.
+/// The work meter of one thread. Checks the limit at the first work of all, so that searches of many short queries end,
+/// too, and then every `between` units: a unit is about 100 ns, the time of a node of a hierarchy. A check takes some
+/// 50 ns, and the work counted as a unit may take several times that.
 class WorkMeter {
  public:
-  /// No limit: null. `unchecked`: the units before the first check, for what is mostly done within few.
+  /// Null: no limit. `unchecked`: units before the first check, for work that is usually done within few.
   explicit WorkMeter(const WorkLimit* limit, int unchecked = 0) : limit_(limit), left_(unchecked) {}
 
   /// Before work of so many units. Throws WorkStopped once the limit is reached.

@@ -1,3 +1,4 @@
+// Numbers as text for messages.
 #include "shapes/written.h"
 
 #include <charconv>
@@ -9,7 +10,7 @@ namespace tandem {
 std::string written(double x) {
   char text[32];
   std::string out(text, std::to_chars(text, text + sizeof text, x).ptr);
-  // 1e+30 and 2e-06 as they are typed: 1e30, 2e-6.
+  // 1e+30 and 2e-06 are written as 1e30 and 2e-6.
   if (const std::size_t e = out.find('e'); e != out.npos) {
     std::size_t digits = e + 1;
     if (out[digits] == '+') out.erase(digits, 1);

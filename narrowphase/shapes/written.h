@@ -1,4 +1,4 @@
-// Numbers as the messages of refusals write them: the fewest digits that tell a double from its neighbours.
+// Numbers as messages write them: the fewest digits that distinguish a double from its neighbours.
 #pragma once
 #include <string>
 
@@ -9,7 +9,7 @@ namespace tandem {
 std::string written(double x);
 std::string written(const Vec3& v);
 
-/// What a coordinate may be: "finite and at most 1e30 in size".
+/// The permitted coordinates, for messages: "finite and at most 1e30 in size".
 std::string allowed_coordinate();
 
 }  // namespace tandem
