@@ -1,4 +1,4 @@
-// A balancing rule of one's own: it moves threads to where a smoothed share of the busy time is.
+// A user's balancing rule: moves threads according to a smoothed ratio of the busy times.
 #include <cmath>
 #include <cstdio>
 
@@ -8,7 +8,7 @@
 
 namespace {
 
-/// The broad phase's share of the work, smoothed over some ten steps, times the threads.
+/// The broad phase's fraction of the work, smoothed over some ten steps, times the threads.
 class SmoothedShare {
  public:
   int operator()(const tandem::ExecutionReport& report) {
@@ -28,7 +28,7 @@ int main() {
   for (std::uint32_t i = 0; i < scene.indices(); ++i) {
     if (scene.is_static()[i]) continue;
     tandem::Pose pose = scene.poses()[i];
-    pose.translation *= 0.5;  // so near that they touch, and the narrow phase has most to do
+    pose.translation *= 0.5;  // so near that they touch, and the narrow phase has most of the work
     scene.set_pose(scene.id(i), pose);
   }
   tandem::PipelineOptions options{.executor = tandem::ExecutorKind::threads, .threads = 4};

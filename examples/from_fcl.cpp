@@ -1,6 +1,5 @@
-// A program written for FCL that uses tandem: the lines that were changed stand beside FCL's. Boxes and balls move, and
-// all contacts and the least distance are asked for each step. Prints what it found; exit code 1 when FCL's own manager
-// finds other pairs.
+// A program written for FCL that uses tandem: changed lines are shown beside FCL's. Boxes and balls move; each step
+// computes all contacts and the least distance. Prints the results; exit code 1 if FCL's own manager finds other pairs.
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/geometry/shape/box.h>
 #include <fcl/geometry/shape/sphere.h>
@@ -17,8 +16,8 @@ namespace {
 using Object = fcl::CollisionObjectd;
 
 struct Found {
-  std::size_t pairs = 0;     // whose AABBs overlap
-  std::size_t contacts = 0;  // of them
+  std::size_t pairs = 0;     // pairs whose AABBs overlap
+  std::size_t contacts = 0;  // contacts of these
   double least = 1e300;      // distance
 };
 

@@ -18,7 +18,7 @@ constexpr double stiffness = 2e7, damping = 1e5;              // of a contact: N
 constexpr double along_stiffness = 1e7, along_damping = 5e4;  // of the spring along the surface
 constexpr double friction = 0.5, dt = 2e-4;                   // a contact of the smallest grains lasts forty steps
 
-/// Begins as it should: a vector of Eigen's own begins with whatever was there.
+/// A vector initialised to zero: Eigen's own is not initialised.
 struct Spring {
   Vec3 stretch = Vec3::Zero();
 };
@@ -45,7 +45,7 @@ struct Grains {
       if (!scene.is_static()[i]) move(i);
   }
 
-  /// Spheres have one contact a pair; its spring turns with the surface.
+  /// Spheres have one contact a pair; its spring rotates with the surface.
   void push(std::uint32_t a, std::uint32_t b, const tandem::Contact& contact, Vec3& spring) {
     const Vec3 velocity = velocity_at(b, contact.point) - velocity_at(a, contact.point), &n = contact.normal;
     const double approach = -velocity.dot(n), pressure = std::max(stiffness * contact.depth + damping * approach, 0.0);
@@ -80,7 +80,7 @@ struct Grains {
 
   tandem::Scene scene;
   tandem::Pipeline pipeline;
-  tandem::ContactMap<Spring> springs{0.1};  // metres: no contact moves as far in a step
+  tandem::ContactMap<Spring> springs{0.1};  // metres: contacts move less in a step
   std::vector<double> radius, mass;
   std::vector<Vec3> force, torque;
 };
@@ -90,7 +90,7 @@ struct Grains {
 int main() {
   constexpr int settling = 30000, watched = 1000;
   Grains grains(120);
-  Vec3 carried = Vec3::Zero();  // by what is fixed, on average
+  Vec3 carried = Vec3::Zero();  // by fixed bodies, on average
   double weight = 0, deepest = 0, longest = 0;
   for (int step = 0; step < settling + watched; ++step) {
     grains.step();

@@ -19,7 +19,7 @@ using tandem::Scene;
 using tandem::flow::AnswerBatch;
 using tandem::flow::StepAnswer;
 
-/// Sets of bodies, joined by pairs (union-find with halved paths). The least body names its set.
+/// Sets of bodies, joined by pairs (union-find with path halving). A set is named by its least body.
 class Islands {
  public:
   explicit Islands(const Scene& scene) : is_static_(scene.is_static()), parent_(scene.indices()) {
@@ -50,7 +50,7 @@ class Islands {
   std::vector<std::uint32_t> parent_;
 };
 
-/// Steps a scene; islands grow with each batch, and are whole when as many have come as were sent.
+/// Steps a scene; islands grow with each batch, and are complete when as many have come as were sent.
 class Host {
  public:
   explicit Host(Scene& scene) : scene_(scene), detection_(graph_, options(scene)), islands_(scene) {
@@ -101,7 +101,7 @@ class Host {
                                                  [this](const Either::output_type& m) { take(m); }};
   Islands islands_;
   StepAnswer end_;
-  std::uint64_t joined_ = 0, before_end_ = 0;  // batches; of these, before the step's end was there
+  std::uint64_t joined_ = 0, before_end_ = 0;  // batches; those joined before the end of the step
 };
 
 }  // namespace

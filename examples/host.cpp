@@ -1,6 +1,6 @@
-// A host with a oneTBB of its own: collision detection as nodes of its flow graph, in its arena, within its limits,
-// beside its other work, cancelled with its tasks. Prints what it did; exit code 1 when an answer was not the one of a
-// plain sequential step.
+// A host with its own oneTBB graph: collision detection as nodes of this graph, in its arena, within its limits, beside
+// its other work, cancelled with its tasks. Prints what it did; exit code 1 if an answer differs from that of a plain
+// sequential step.
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -26,7 +26,7 @@ using Message = const Scene*;
 
 tandem::PipelineOptions options(int threads) { return {.threads = threads, .answer = {.contact_hash = true}}; }
 
-/// Takes a scene, gives a report. To the host's graph it is one node; inside it may become several.
+/// A node that takes a scene and returns a report: for the host's graph a single node, which may become several inside.
 class DetectionNode : public flow::composite_node<std::tuple<Message>, std::tuple<StepReport>> {
  public:
   DetectionNode(flow::graph& graph, tandem::PipelineOptions options)
@@ -38,7 +38,7 @@ class DetectionNode : public flow::composite_node<std::tuple<Message>, std::tupl
 
  private:
   Pipeline pipeline_;
-  flow::function_node<Message, StepReport> step_;  // serial: one step at a time a pipeline
+  flow::function_node<Message, StepReport> step_;  // serial: a pipeline does one step at a time
 };
 
 /// The same, but the step runs in an arena beside the graph's; the graph's threads do not wait for it.
@@ -48,7 +48,7 @@ class BackgroundDetection {
 
   BackgroundDetection(flow::graph& graph, tandem::PipelineOptions options)
       : pipeline_(std::move(options)), node_(graph, flow::serial, [this](Message scene, Node::gateway_type& gateway) {
-          gateway.reserve_wait();  // the graph is not done before the answer is there
+          gateway.reserve_wait();  // the graph is not done before the answer arrives
           arena_.enqueue([this, scene, &gateway] {
             gateway.try_put(pipeline_.step(*scene));
             gateway.release_wait();
@@ -62,7 +62,7 @@ class BackgroundDetection {
   Node node_;
 };
 
-/// The host's own work: how far all bodies are from the origin, summed.
+/// The host's own work: the sum of all bodies' distances from the origin.
 double other_work(const Scene& scene) {
   double sum = 0;
   for (const tandem::Pose& pose : scene.poses()) sum += pose.translation.norm();
@@ -85,7 +85,7 @@ int main() {
   const std::uint64_t expected = Pipeline(plain).step(scene).contact_hash;
   const auto is_right = [&](const StepReport& report) { return report.contact_hash == expected; };
 
-  // The host sets its limit and has an arena. Pipelines keep to both.
+  // The host sets a limit and has an arena. Pipelines respect both.
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, 4);
   tbb::task_arena host_arena(3);
 
@@ -137,7 +137,7 @@ int main() {
   }
 
   {
-    // What the host cancels ends early, with an empty answer that says so; the next step is whole again.
+    // A step that the host cancels ends early, with an empty answer marked as such; the next step is complete again.
     tbb::task_group_context context;
     flow::graph graph(context);
     bool cancel = true;

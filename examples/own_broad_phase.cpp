@@ -1,4 +1,4 @@
-// A broad phase of one's own: the boxes sorted along one axis, then each held against those that begin before it ends.
+// A user's broad phase: the boxes sorted along one axis, each tested against those that begin before it ends.
 #include <algorithm>
 #include <cstdio>
 #include <memory>
@@ -14,7 +14,7 @@ namespace {
 class SortAndSweep final : public tandem::BroadPhase {
  public:
   std::size_t begin(const tandem::BoxArray& boxes) override {
-    boxes_ = &boxes;  // its bounds are there from stage 0 on
+    boxes_ = &boxes;  // its bounds are set from stage 0 on
     order_.resize(boxes.size());
     return 2;
   }
@@ -43,7 +43,7 @@ class SortAndSweep final : public tandem::BroadPhase {
 int main() {
   const tandem::Scene scene = tandem::make_builtin_scene("cubes-on-plane", 500);
   tandem::PipelineOptions options;
-  options.answer = {.margin = 1, .contact_hash = true};  // so far off that cubes in the air are near
+  options.answer = {.margin = 1, .contact_hash = true};  // so large that cubes in the air have contacts
   const tandem::StepReport usual = tandem::Pipeline(options).step(scene);
   options.own_broad_phase = [] { return std::make_unique<SortAndSweep>(); };
   tandem::Pipeline pipeline(options);

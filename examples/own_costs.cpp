@@ -1,5 +1,5 @@
-// A cost model of one's own: what a pair takes is guessed from the triangles of both, by a rate that is learnt from the
-// steps before. Costly pairs begin first; the contacts are the same.
+// A user's cost model: the time of a pair is estimated from the triangles of both, by a rate learnt from the steps
+// before. Costly pairs begin first; the contacts are the same.
 #include <atomic>
 #include <cmath>
 #include <cstdio>
@@ -18,9 +18,9 @@ class CostsByTriangles final : public tandem::CostModel {
     for (std::uint32_t i = 0; i < scene.indices(); ++i) {
       if (!scene.alive(i)) continue;
       const double triangles = static_cast<double>(scene.shape_of(i).triangles().size());
-      roots_[i] = std::sqrt(1 + triangles);  // a surface cuts another in the root of its triangles
+      roots_[i] = std::sqrt(1 + triangles);  // two surfaces intersect in about the square root of their triangles
     }
-    // What the threads noted in the last step; the guesses of a step do not change.
+    // Measurements of the threads in the last step; the estimates do not change within a step.
     if (const double sum = sum_.exchange(0); sum > 0) ns_a_root_ = ns_.exchange(0) / sum;
   }
   std::chrono::nanoseconds guess(tandem::Pair pair) const override {
@@ -36,7 +36,7 @@ class CostsByTriangles final : public tandem::CostModel {
  private:
   double size(tandem::Pair pair) const { return roots_[pair.a] + roots_[pair.b]; }
 
-  std::vector<double> roots_;  // a body
+  std::vector<double> roots_;  // one for each body
   double ns_a_root_ = 500;
   std::atomic<double> sum_{0}, ns_{0};
 };

@@ -1,5 +1,5 @@
-// An executor of one's own: oneTBB's parallel loops with a static division, each thread an equal part of the tiles,
-// whose pairs it narrows itself.
+// A user's executor: oneTBB's parallel loops with a static division, each thread an equal share of the tiles, whose
+// pairs it narrows itself.
 #include <oneapi/tbb/enumerable_thread_specific.h>
 #include <oneapi/tbb/parallel_for.h>
 
@@ -38,7 +38,7 @@ class EqualParts final : public tandem::Executor {
       report.candidate_pairs += sink.candidates();
       answers.push_back(&sink.answers());
     }
-    if (stop.stop_requested()) {  // a step that was stopped has no answer
+    if (stop.stop_requested()) {  // a stopped step has no answer
       report.issues |= bit(tandem::StepIssue::ended_early);
       answers.clear();
     }
@@ -68,14 +68,13 @@ int main() {
   }
   std::printf("a scene: %zu pairs, the same contacts\n", static_cast<std::size_t>(pairs));
 
-  // A made-up load: tiles of 5 us, each with 20 pairs of 0.3 us. What there is to gain, and what this executor makes of
-  // it.
+  // A synthetic load: tiles of 5 us, each with 20 pairs of 0.3 us; the possible speedup, and this executor's.
   tandem::TileWork load({.tiles = 100, .pairs_a_tile = 20, .tile_ns = 5000, .pair_ns = 300});
   tandem::ContactList list, usual;
   tandem::ExecutionReport own, sequential;
   EqualParts equal_parts;
   const auto one_thread = tandem::make_executor({.kind = tandem::ExecutorKind::sequential});
-  for (int step = 0; step < 3; ++step) {  // what the first one allocates the others find
+  for (int step = 0; step < 3; ++step) {  // later steps reuse the memory of the first
     own = sequential = {};
     equal_parts.run(load, list, own, {}, nullptr);
     one_thread->run(load, usual, sequential, {}, nullptr);

@@ -1,6 +1,6 @@
-// A planner's loop: an arm of three links among obstacles. Configurations are drawn and checked in one batch, free ones
-// that lie near each other are joined by motions, and the clearance of the way found is told. Exit code 1 when a verdict
-// is not the one of single pairs.
+// A planner's loop: an arm of three links among obstacles. Random configurations are checked in one batch, free ones
+// near each other are joined by motions, and the clearance of the path found is printed. Exit code 1 if a verdict
+// differs from that of single pairs.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -18,7 +18,7 @@ using Angles = std::array<double, 3>;
 
 constexpr double link_length = 0.4;
 
-/// The links stand end to end from the origin, each turned about y or z from the one before.
+/// The links are end to end from the origin, each rotated about y or z relative to the one before.
 void place(const Angles& angles, std::vector<Pose>& poses) {
   Pose at;
   for (std::size_t j = 0; j < angles.size(); ++j) {
@@ -86,7 +86,7 @@ int main() {
   queries.clearance(links, poses, self, clearances);
   std::printf("%zu of %zu configurations are free, %zu of %zu motions\n", free.size(), drawn.size(), joined, motions.size());
 
-  // What single pairs say of the first motion's first configuration.
+  // The verdicts of single pairs for the first motion's first configuration.
   const tandem::NarrowPhase narrow;
   double least = narrow.solve(links[0], poses[0], links[2], poses[2], tandem::Request::distance).signed_distance;
   for (std::size_t j = 0; j < 3; ++j)

@@ -1,6 +1,6 @@
 #pragma once
-// Catch2 of version 2 or 3, whichever the system has, by the names of version 2: 3 has no header of all, and its string
-// matchers are in another namespace, one of them under another name.
+// Catch2 of version 2 or 3, whichever the system has, with the names of version 2: version 3 has no header of
+// everything, and its string matchers are in another namespace, one of them with another name.
 #if __has_include(<catch2/catch_test_macros.hpp>)
 #include <catch2/catch_approx.hpp>
 #include <catch2/catch_test_macros.hpp>
@@ -25,7 +25,7 @@ using Matchers::StartsWith;
 
 #include <iostream>
 
-/// Ends a test that lacks something: ctest shows it as skipped.
+/// Skips a test for lack of something, which ctest shows as skipped.
 #define TANDEM_SKIP(reason)                            \
   do {                                                 \
     std::cout << "skipped: " << reason << std::endl; \

@@ -1,1 +1,1 @@
-// Nothing: its target holds the headers that all tests read precompiled.
+// Empty: its target holds the precompiled headers of all tests.

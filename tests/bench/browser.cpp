@@ -1,3 +1,4 @@
+// Drives a headless Chromium.
 #include "browser.h"
 
 #include <fcntl.h>
@@ -33,7 +34,7 @@ Browser::Browser(const std::string& program, const std::filesystem::path& folder
   if (process_ < 0) throw std::runtime_error("no process");
   if (process_ == 0) {
     setpgid(0, 0);
-    // The browser reads its orders from 3 and answers on 4; the ends are moved out of the way first.
+    // The browser reads commands from descriptor 3 and answers on 4; the pipes' ends are moved out of the way first.
     const int in = fcntl(to[0], F_DUPFD, 10), out = fcntl(from[1], F_DUPFD, 10), null = ::open("/dev/null", O_RDWR);
     dup2(in, 3), dup2(out, 4), dup2(null, 1), dup2(null, 2);
     for (int fd = 5; fd < 64; ++fd) close(fd);

@@ -1,3 +1,4 @@
+// Drives a headless Chromium.
 #pragma once
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -6,8 +7,8 @@
 
 namespace tandem::bench {
 
-/// A headless Chromium, steered over its debugging pipe (Chrome DevTools Protocol). Ends with the object. Every call
-/// throws std::runtime_error when the browser does not answer within a minute.
+/// A headless Chromium, driven over its debugging pipe (Chrome DevTools Protocol). Ends with the object. Every call
+/// throws std::runtime_error if the browser does not answer within a minute.
 class Browser {
  public:
   /// `folder`: for its profile.
@@ -17,13 +18,13 @@ class Browser {
   Browser& operator=(const Browser&) = delete;
 
   void open(const std::string& url);
-  /// A command of the DevTools protocol to the page, and its result. Throws std::runtime_error for an error.
+  /// Sends a command of the DevTools protocol to the page; returns its result. Throws std::runtime_error for an error.
   nlohmann::json call(const std::string& method, nlohmann::json parameters = nlohmann::json::object());
-  /// The value of a JavaScript expression; of a promise what it comes to. Throws std::runtime_error for an exception.
+  /// The value of a JavaScript expression; for a promise its result. Throws std::runtime_error for an exception.
   nlohmann::json evaluate(const std::string& expression);
-  /// Until the expression is true; false after `seconds`.
+  /// Waits until the expression is true; false after `seconds`.
   bool wait_for(const std::string& expression, double seconds);
-  /// Errors and warnings on the console, uncaught exceptions, refused requests; and every URL that was asked for.
+  /// Errors and warnings on the console, uncaught exceptions, refused requests; and every URL that was requested.
   const std::vector<std::string>& complaints() const { return complaints_; }
   const std::vector<std::string>& requests() const { return requests_; }
 

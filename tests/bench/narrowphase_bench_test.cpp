@@ -1,3 +1,4 @@
+// The bench of the narrow phase.
 #include <cstdlib>
 #include <fstream>
 #include <limits>

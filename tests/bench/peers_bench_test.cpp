@@ -1,3 +1,4 @@
+// The bench of whole steps.
 #include <cstdlib>
 #include <fstream>
 #include <map>
@@ -41,10 +42,10 @@ TEST_CASE("peers bench: every scene, one answer of ours on one thread and two, a
     CHECK(rows[0].at("hash") == rows[1].at("hash"));
     CHECK(rows[0].at("pairs") > 100);
     CHECK(rows[0].at("contacts") >= rows[0].at("pairs"));
-    // Kept contacts: one answer too.
+    // Kept contacts: the same answer.
     CHECK(rows[2].at("contestant") == "tandem, kept 1e-3");
     CHECK(rows[2].at("hash") == rows[3].at("hash"));
-    // FCL's verdicts are exact but for what touches to rounding.
+    // FCL's verdicts are exact except for contact to rounding.
     const double pairs = rows[0].at("pairs");
     CHECK(rows[4].at("contestant").get<std::string>().starts_with("FCL"));
     CHECK(rows[4].at("pairs_extra").get<double>() <= 0.002 * pairs);

@@ -1,3 +1,4 @@
+// The report's page, opened in a browser.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -254,7 +255,7 @@ TEST_CASE("report: the page in a browser") {
         true);
     for (const char* figure : {"3", "4", "5", "6", "7"})
       CHECK(value("document.querySelectorAll('#figure-" + std::string(figure) + " svg').length") >= 1);
-    // What is wrong is seen: a cross instead of a dot, and how much a peer misses.
+    // Wrong answers are visible: a cross instead of a dot, and how much a peer misses.
     CHECK(value("document.querySelectorAll('#accuracy figure .wrong').length") == 1);
     CHECK(value("document.querySelector('.missed').textContent") == "misses 10 %");
     CHECK(value("document.querySelectorAll('#scenes .scenes')[1].querySelector('.best .ratio').textContent") ==
@@ -279,7 +280,7 @@ TEST_CASE("report: the page in a browser") {
     CHECK(before.is_string());
     CHECK(before != after);
     CHECK(value("document.querySelector('.time output').value").get<std::string>().starts_with("step 29,"));
-    // What is shown is what was recorded, to the rounding of 16 bits.
+    // The shown values are the recorded ones, to the rounding of 16 bits.
     CHECK_THAT(value("document.querySelector('#replay > div > .note').textContent").get<std::string>(),
                Catch::Contains("15 of 15") || Catch::Contains("30 of 30"));
   }
@@ -304,7 +305,7 @@ TEST_CASE("report: the page in a browser") {
     CHECK(value("document.querySelector('.stage .side b').textContent").get<std::string>().starts_with("body 1,"));
     CHECK(value("document.querySelectorAll('.stage .side tbody tr').length") >= 1);
     CHECK(value("Number(document.querySelector('.stage').dataset.contacts)") >= 1);
-    // Arrow keys read a curve aloud.
+    // Arrow keys read out the values of a curve.
     value("document.querySelector('#figure-5 [role=group]').focus()");
     key("ArrowRight");
     CHECK(value("document.querySelector('.tip').textContent").get<std::string>().find("step 1") != std::string::npos);

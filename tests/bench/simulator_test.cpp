@@ -1,3 +1,4 @@
+// The simulator of executors.
 #include "simulator.h"
 
 #include <chrono>
@@ -9,8 +10,8 @@ using namespace tandem::bench;
 
 namespace {
 
-/// A step of equal tiles with `pairs` pairs each, written down as the sequential executor writes it; times in ns. Of
-/// the pairs one in `heavy_every` is heavy and costs ten times as much; then each is narrowed by itself.
+/// A step of equal tiles with `pairs` pairs each, recorded like the sequential executor's; times in ns. One pair in
+/// `heavy_every` is heavy and costs ten times as much; these are narrowed one by one.
 MeasuredStep step_of(std::size_t tiles, std::size_t pairs, int tile_ns, int pair_ns,
                      StepForm form = StepForm::overlapped, std::size_t heavy_every = 0) {
   std::vector<Timeline::Slice> slices;
@@ -32,7 +33,7 @@ MeasuredStep step_of(std::size_t tiles, std::size_t pairs, int tile_ns, int pair
     for (std::uint64_t i = 0; i < 10; ++i) add("join", 1000, i, 0);
     add("open", 0, 3, 0);
   }
-  // Where the pairs are in order the heavy ones come first.
+  // If the pairs are sorted the heavy ones come first.
   for (const bool heavy : {true, false})
     for (std::size_t i = 0; i < all; i += together) {
       const bool is_heavy = heavy_every != 0 && i % heavy_every == 0;
@@ -137,7 +138,7 @@ TEST_CASE("simulator: steps in the form in which pairs are put in order first") 
 
 TEST_CASE("simulator: the fastest form is found as the executors find it") {
   MeasuredStep plain = step_of(400, 40, 5000, 300);
-  plain.after.front().blocks.assign(10, 60'000);  // 0.3 of 3.7 ms on two threads: there is something to gain
+  plain.after.front().blocks.assign(10, 60'000);  // 0.3 of 3.7 ms on two threads can be gained
   MeasuredForms forms{plain, plain, step_of(400, 40, 5000, 200, StepForm::ordered)};
   Simulator chooses(Policy::conserving, 2, {}, BalanceRule::busy, {});
   for (int i = 0; i < 12; ++i) chooses.step(forms);
@@ -161,7 +162,7 @@ TEST_CASE("simulator: the fastest form is found as the executors find it") {
 }
 
 TEST_CASE("simulator: heavy pairs begin before others, whatever the form") {
-  // 20 heavy pairs of 500 us among 4000 of 50: taken in their order, the last of them would begin near the end.
+  // 20 heavy pairs of 500 us among 4000 of 50: in their order, the last of them would begin near the end.
   for (const StepForm form : {StepForm::overlapped, StepForm::ordered}) {
     CAPTURE(name(form));
     const MeasuredStep step = step_of(100, 40, 1000, 50'000, form, 200);
@@ -176,7 +177,7 @@ TEST_CASE("simulator: heavy pairs begin before others, whatever the form") {
 }
 
 TEST_CASE("simulator: the costliest of the heavy pairs begin first") {
-  // 60 heavy pairs, for which there is room in the queue, of 100 us, and one of 4 ms among the last to be found.
+  // 60 heavy pairs of 100 us, which fit the queue, and one of 4 ms among the last to be found.
   std::vector<Timeline::Slice> slices;
   Timeline::Clock::time_point now{};
   const auto add = [&](std::string_view name, int ns, std::uint64_t id, std::uint64_t pairs, bool heavy) {
@@ -190,7 +191,7 @@ TEST_CASE("simulator: the costliest of the heavy pairs begin first") {
   for (std::uint64_t pair = 0; pair < 60; ++pair) add("narrow", pair == 55 ? 4'000'000 : 100'000, pair, 1, true);
   const MeasuredStep step = read_step(slices, StepForm::overlapped);
   CHECK(step.costliest_ns() == Approx(4e6));
-  // In the first step nothing is known of it.
+  // In the first step it is not known.
   CHECK(run(step, Policy::conserving, 4, {}, {}, 1) > 4.9e6);
   CHECK(run(step, Policy::conserving, 4, {}, {}, 2) < 4.3e6);
 }

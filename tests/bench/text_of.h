@@ -1,4 +1,4 @@
-// A file's whole text.
+// The text of a file.
 #pragma once
 #include <filesystem>
 #include <fstream>

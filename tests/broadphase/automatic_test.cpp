@@ -1,3 +1,4 @@
+// The automatic choice of the broad phase.
 #include "box_worlds.h"
 #include "catch.h"
 
@@ -35,11 +36,11 @@ TEST_CASE("automatic: chooses by number, then by what the grid met, and says so"
   const BoxArray& even = boxes_of(worlds, "random");
   const BoxArray& clusters = boxes_of(worlds, "two tight clusters, far apart");
   for (int step = 0; step < 3; ++step) CHECK(kind_for(even) == BroadPhaseKind::grid);
-  CHECK(kind_for(clusters) == BroadPhaseKind::grid);  // it sees a step's boxes only when the step runs
+  CHECK(kind_for(clusters) == BroadPhaseKind::grid);  // the boxes of a step are seen only when it runs
   CHECK(kind_for(clusters) == BroadPhaseKind::bvh);
   CHECK(method->reason().substr(0, 20) == "bvh: boxes cluster, ");
 
-  // A world that has become even again gets its grid back, in a bounded number of steps.
+  // A world that has become uniform again gets its grid back, in a bounded number of steps.
   int steps = 0;
   while (kind_for(even) != BroadPhaseKind::grid && steps < 100) ++steps;
   CHECK(steps < 100);
@@ -58,7 +59,7 @@ TEST_CASE("automatic: a crowd and a small world in turn do not carry over") {
 }
 
 TEST_CASE("automatic: memory does not grow in 10,000 steps of a changing scene") {
-  // Boxes come, go, jump and cluster in turn; the largest of it is there in the first rounds.
+  // Boxes appear, leave, jump and cluster in turn; memory is at its largest in the first rounds.
   constexpr std::size_t n = 1100;
   BoxArray boxes = hard_worlds(n)[0].boxes;
   const auto method = make_broad_phase(BroadPhaseKind::automatic);

@@ -1,3 +1,4 @@
+// Queries of boxes.
 #include "tandem/broadphase/box_queries.h"
 
 #include "box_worlds.h"
@@ -45,7 +46,7 @@ std::vector<Neighbour> nearest_plainly(const BoxArray& boxes, const std::array<d
   return all;
 }
 
-/// By clipping the segment to each pair of planes in turn, in long double; `near`: too close to tell in double.
+/// By clipping the segment to each pair of planes in turn, in long double; `near`: too close to call in double.
 bool meets(const Ray& ray, const Aabb& box, long double& t, bool& near) {
   long double from = 0, to = ray.t_max;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -225,7 +226,7 @@ TEST_CASE("boxes that have moved are found where they are") {
     for (int round = 0; round < 5; ++round) {
       std::vector<std::uint32_t> changed;
       for (std::uint32_t i = 0; i < n; ++i) {
-        if (random() % (round % 2 == 0 ? 3 : 20) != 0) continue;  // many, all nodes anew, or few
+        if (random() % (round % 2 == 0 ? 3 : 20) != 0) continue;  // many, so that all nodes are updated, or few
         changed.push_back(i);
         if (random() % 5 == 0) {
           boxes.set_empty(i);
@@ -311,7 +312,7 @@ TEST_CASE("a visit of near boxes that is never content sees each box once, and n
 }
 
 TEST_CASE("near boxes are found where the nearest node has none of them") {
-  // A limit hardly above the least distance: most nodes around the point hold nothing so near.
+  // A limit barely above the least distance: most nodes around the point contain nothing so near.
   BoxArray boxes = make_boxes(
       4000, 9, [](Random& r) { return Point{uniform(r, 0, 30), uniform(r, 0, 30), uniform(r, 0, 30)}; },
       [](Random&) { return Point{0.1f, 0.1f, 0.1f}; });

@@ -1,3 +1,4 @@
+// Box records and enlarged boxes.
 #include "kernels/box_record.h"
 
 #include "box_worlds.h"

@@ -1,3 +1,4 @@
+// Worlds of boxes for tests.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -16,7 +17,7 @@
 
 namespace tandem {
 
-/// The oracle: a plain double loop that shares no code with the methods but `overlap`.
+/// The reference: a plain double loop that shares only `overlap` with the methods.
 inline std::vector<Pair> overlapping_pairs(const BoxArray& boxes) {
   std::vector<Aabb> plain(boxes.size());
   for (std::size_t i = 0; i < plain.size(); ++i) plain[i] = boxes[i];
@@ -57,7 +58,7 @@ struct BoxWorld {
   BoxArray boxes;
 };
 
-/// Worlds that break broad phases, n boxes each.
+/// Worlds that are hard for broad phases, n boxes each.
 inline std::vector<BoxWorld> hard_worlds(std::size_t n) {
   const float side = 2 * std::cbrt(static_cast<float>(n) + 1);
   const auto in_cube = [](float size) {
@@ -215,7 +216,7 @@ class ListSink final : public PairSink {
 
 enum class Order { forward, reversed, shuffled, threads };
 
-/// Runs a step with the blocks of each stage in some order; the pairs of each block of the last stage, as put.
+/// Runs a step with the blocks of each stage in some order; returns the pairs of each block of the last stage.
 inline std::vector<std::vector<Pair>> pairs_of_blocks(BroadPhase& method, const BoxArray& boxes, Order order) {
   Random random(99);
   const auto each = [&](std::size_t blocks, const std::function<void(std::size_t)>& work) {

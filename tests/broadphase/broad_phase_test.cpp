@@ -1,3 +1,4 @@
+// The methods of the broad phase, compared with a double loop.
 #include "tandem/broadphase/broad_phase.h"
 
 #include <algorithm>
@@ -97,7 +98,7 @@ TEST_CASE("boxes that only touch are paired") {
       CAPTURE(name(kind), cell);
       const auto boxes = touching_grid(n, cell);
       const auto pairs = find_pairs(*make_broad_phase(kind), boxes);
-      // Along 3 axes, 6 face diagonals, 4 body diagonals: known without running any of our code.
+      // Along 3 axes, 6 face diagonals, 4 body diagonals: known without running the library.
       const auto expected = 3 * (n - 1) * n * n + 6 * (n - 1) * (n - 1) * n + 4 * (n - 1) * (n - 1) * (n - 1);
       CHECK(pairs.size() == static_cast<std::size_t>(expected));
       CHECK(std::adjacent_find(pairs.begin(), pairs.end()) == pairs.end());
@@ -139,7 +140,7 @@ TEST_CASE("filters act before a pair exists") {
 }
 
 TEST_CASE("many boxes: in every world each method finds the pairs of brute force, on threads in the order of one") {
-  // Enough for several blocks of every stage and for sorts in parts. Brute force is itself held against plain loops.
+  // Enough for several blocks of every stage and for parallel sorts. Brute force itself is compared with plain loops.
   for (const BoxWorld& world : hard_worlds(33'000)) {
     const auto expected = find_pairs(*make_broad_phase(BroadPhaseKind::brute), world.boxes);
     if (world.name == "random") REQUIRE(expected.size() > 10'000);

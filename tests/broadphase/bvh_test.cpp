@@ -1,3 +1,4 @@
+// The broad phase by a bounding volume hierarchy.
 #include "methods/bvh.h"
 
 #include "box_worlds.h"
@@ -6,7 +7,8 @@
 using namespace tandem;
 
 TEST_CASE("bvh: worlds that break broad phases, small and odd sizes") {
-  const auto method = make_broad_phase(BroadPhaseKind::bvh);  // one object for all: nothing may stay from a step before
+  // One object for all: no data of an earlier step may matter.
+  const auto method = make_broad_phase(BroadPhaseKind::bvh);
   for (const std::size_t n : {0u, 1u, 2u, 7u, 8u, 9u, 63u, 64u, 65u, 513u, 3000u, 1000u})
     for (const BoxWorld& world : hard_worlds(n)) {
       CAPTURE(world.name, n);

@@ -1,3 +1,4 @@
+// Tiles of candidate pairs.
 #include "kept_candidates/candidate_tiles.h"
 
 #include <algorithm>
@@ -40,7 +41,7 @@ TEST_CASE("candidate tiles: give back what was put, in its order, a body once a 
   const PairFilter everything;
   CandidateTiles tiles;
   TileMaker maker;
-  // Few bodies that come again, and so many that tiles are closed in between; numbers whose places in the table clash.
+  // Few bodies that recur, and so many that tiles are closed in between; numbers whose places in the table collide.
   for (const auto& [bodies, stride] : {std::pair{5u, 1u}, {1000u, 1u}, {100'000u, 1u}, {5000u, 4096u}})
     for (const std::size_t count : {0u, 1u, 255u, 256u, 20'000u}) {
       CAPTURE(bodies, stride, count);

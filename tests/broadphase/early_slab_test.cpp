@@ -1,3 +1,4 @@
+// Early pairs, and joint stages.
 #include "kept_candidates/early_slab.h"
 
 #include <new>

@@ -1,3 +1,4 @@
+// The broad phase by a grid.
 #include "methods/grid.h"
 
 #include "box_worlds.h"
@@ -8,7 +9,7 @@ using namespace tandem;
 
 TEST_CASE("grid: worlds that break broad phases, small and odd sizes") {
   const auto method =
-      make_broad_phase(BroadPhaseKind::grid);  // one object for all: nothing may stay from a step before
+      make_broad_phase(BroadPhaseKind::grid);  // one object for all: no data of an earlier step may matter
   for (const std::size_t n : {0u, 1u, 2u, 7u, 8u, 9u, 63u, 64u, 65u, 513u, 3000u, 1000u})
     for (const BoxWorld& world : hard_worlds(n)) {
       CAPTURE(world.name, n);
@@ -62,7 +63,8 @@ TEST_CASE("grid: large boxes in rows while few, by the tree when many") {
   for (const std::size_t large : {5u, 64u, 65u, 100u}) {
     CAPTURE(large);
     auto boxes = hard_worlds(20000)[0].boxes;  // a cube of edge 54
-    // None of them is in the sample that the widths are chosen from: else a few wide columns may be the better choice.
+    // None of them is in the sample from which the widths are chosen: otherwise a few wide columns may be the better
+    // choice.
     BoxArray numbered;
     numbered.resize(boxes.size());
     for (std::size_t i = 0; i < boxes.size(); ++i) {

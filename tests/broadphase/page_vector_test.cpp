@@ -1,3 +1,4 @@
+// Vectors in large pages.
 #include "storage/page_vector.h"
 
 #include <cstdint>

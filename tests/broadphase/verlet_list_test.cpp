@@ -1,3 +1,4 @@
+// Lists of candidates kept from step to step.
 #include "methods/verlet_list.h"
 
 #include <map>
@@ -14,7 +15,7 @@ using namespace tandem;
 
 namespace {
 
-/// A method and the list of its candidates, as one broad phase.
+/// A method with its list of candidates, as one broad phase.
 template <class Method>
 class Listed final : public BroadPhase {
  public:
@@ -46,7 +47,7 @@ Aabb moved(Aabb box, const Point& by) {
   return box;
 }
 
-/// Each box its own velocity, always the same.
+/// A velocity for each box, always the same.
 Point velocity(std::size_t i, float speed) {
   Random random(static_cast<unsigned>(i));
   return {uniform(random, -speed, speed), uniform(random, -speed, speed), uniform(random, -speed, speed)};
@@ -114,7 +115,7 @@ std::vector<History> histories() {
   };
 }
 
-/// Those of `now` that are not as they were, and in two steps of three some others.
+/// The boxes of `now` that have changed, and in two steps of three some others.
 std::vector<std::uint8_t> changes(const BoxArray& before, const BoxArray& now, int step) {
   std::vector<std::uint8_t> changed(now.size());
   for (std::size_t i = 0; i < now.size(); ++i) {
@@ -197,7 +198,7 @@ TEST_CASE("Verlet list: told what may have changed it finds the same, and all th
   some.push_back({"few jump", [](BoxArray& boxes, int step, Random& random) {
                     jump(boxes, static_cast<std::size_t>(step % 5), 90, random);
                   }});
-  // Between two jumps there are steps in which nothing changes, right after a jump, too.
+  // Between two jumps there are steps in which nothing changes, also right after a jump.
   some.push_back({"now and then", [](BoxArray& boxes, int step, Random& random) {
                     if (step % 9 == 2 || step % 9 == 4) jump(boxes, static_cast<std::size_t>(step % 5), 90, random);
                   }});
@@ -218,7 +219,7 @@ TEST_CASE("Verlet list: told what may have changed it finds the same, and all th
 }
 
 TEST_CASE("Verlet list: a box put back meets others that were, and what it met before, each once") {
-  // Two rows of boxes that pass each other, so fast that all leave their larger boxes again and again.
+  // Two rows of boxes that pass each other, so fast that all leave their enlarged boxes again and again.
   constexpr std::size_t n = 2000, movers = 60;
   BoxArray boxes = crowd(n);
   Listed<Grid> method;
@@ -226,7 +227,7 @@ TEST_CASE("Verlet list: a box put back meets others that were, and what it met b
   for (int step = 0; step < 150; ++step) {
     CAPTURE(step);
     for (std::size_t i = 0; i < movers; ++i) {
-      const int turn = step / 4 + static_cast<int>(i % 3);  // every fourth step another way
+      const int turn = step / 4 + static_cast<int>(i % 3);  // another direction every fourth step
       const auto place = static_cast<float>(i / 2) + 0.4f * static_cast<float>(turn % 2 == 0 ? step % 4 : 4 - step % 4);
       const float height = 10 + (i % 2 == 0 ? 0.3f * static_cast<float>(step % 7) : 0);
       boxes.set(i, {{place, 10, height}, {place + 0.9f, 10.9f, height + 0.9f}});
@@ -263,7 +264,7 @@ TEST_CASE("Verlet list: while few of many move one list lasts, without growing")
   CHECK(modes[VerletList::Mode::renew] <= 2);
   CHECK(modes[VerletList::Mode::scratch] <= 2);
   CHECK(outside > 20 * n / every);
-  CHECK(outside < 100 * n / every);  // once a change of direction or so
+  CHECK(outside < 100 * n / every);  // once for each change of direction, or so
   CHECK(method.memory() < memory + memory / 20);
 }
 
@@ -272,7 +273,7 @@ TEST_CASE("Verlet list: where lists did not last they are tried again") {
   BoxArray boxes = crowd(800);
   std::map<VerletList::Mode, int> shaken, calm;
   for (int step = 0; step < 240; ++step) {
-    if (step < 80) fly(boxes, step % 6 < 3 ? 0.5f : -0.5f);  // the way turns before a list has paid
+    if (step < 80) fly(boxes, step % 6 < 3 ? 0.5f : -0.5f);  // the direction changes before a list has paid off
     REQUIRE(sorted_pairs(pairs_of_blocks(listed, boxes, Order::forward)) == overlapping_pairs(boxes));
     ++(step < 80 ? shaken : calm)[listed.list.mode()];
   }
@@ -299,7 +300,7 @@ TEST_CASE("Verlet list: a step that was given up leaves nothing wrong behind") {
   for (std::size_t stop = 0; stop < 40; ++stop) {
     CAPTURE(stop);
     Listed<Grid> method;
-    // The step given up makes the list (the second of all), or uses one.
+    // The interrupted step makes the list (the second of all), or uses one.
     const bool makes = stop % 2 == 0;
     for (int step = 0; step < (makes ? 1 : 4); ++step) (void)find_pairs(method, boxes);
     if (!makes) jump(boxes, 1, 50 - stop, random);
@@ -374,7 +375,7 @@ TEST_CASE("Verlet list: copies of boxes are read only once all are made, while t
       for (--waiting; waiting != 0;) std::this_thread::yield();  // so that both begin at once
       for (std::size_t block = next++; block < found.size(); block = next++) {
         ListSink sink;
-        // The last first, too: these need what has been found outside.
+        // Also the last first, whose blocks need the boxes found outside.
         const std::size_t place = step % 2 == 0 ? block : found.size() - 1 - block;
         together.emit(place, sink);
         found[place] = sink.take();

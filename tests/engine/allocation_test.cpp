@@ -1,3 +1,4 @@
+// Steps and queries that allocate nothing once they are warm, and that survive a refused allocation.
 #include <oneapi/tbb/task_arena.h>
 
 #include <algorithm>
@@ -21,8 +22,9 @@
 namespace {
 
 std::atomic<std::uint64_t> allocations{0};
-std::atomic<std::uint64_t> aligned_allocations{0};  // also what contacts of large patches of two meshes take as they go
-std::atomic<std::int64_t> until_refused{-1};        // allocations; negative: none is refused
+// Including memory that contacts of large patches of two meshes take.
+std::atomic<std::uint64_t> aligned_allocations{0};
+std::atomic<std::int64_t> until_refused{-1};  // number of allocations; negative: none is refused
 
 void refuse_in_turn() {
   if (until_refused.load(std::memory_order_relaxed) >= 0 && until_refused.fetch_sub(1) == 0) throw std::bad_alloc();
@@ -43,7 +45,7 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
   if (void* memory = std::aligned_alloc(unit, (size + unit - 1) / unit * unit)) return memory;
   throw std::bad_alloc();
 }
-// Not inlined: g++ would hold free against the operator new that it does not see into.
+// Not inlined: otherwise g++ reports free as not matching operator new, whose body it does not see.
 [[gnu::noinline]] void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 [[gnu::noinline]] void operator delete(void* memory) noexcept { std::free(memory); }
@@ -61,7 +63,7 @@ TEST_CASE("pipeline: a step whose load was there before allocates nothing, pairs
       options.threads = threads;
       options.answer.margin = recommended_margin(scene);
       options.sharing.short_step_ms = 0;
-      if (threads > 1) {  // in batches whose size does not go with measured times
+      if (threads > 1) {  // in batches whose size does not depend on measured times
         options.batches.pairs = 1;
         options.sharing.form = StepForm::overlapped;
       }
@@ -94,7 +96,7 @@ TEST_CASE("queries: a tool that glides over ground, near and touching, allocates
   ground.is_static = true;
   scene.add_body(ground);
   NarrowPhaseOptions options;
-  // The proof of a depth takes memory as it goes, and so does a convex shape with corners deep in a mesh.
+  // The proof of a depth allocates, and so does a convex shape whose corners are deep in a mesh.
   options.mesh_bounds = false;
   const SceneQueries queries(scene, options);
   const Mesh torus = test::torus(0.3, 0.1, 24, 12);
@@ -186,7 +188,7 @@ TEST_CASE("queries: batches of configurations, motions and casts allocate nothin
   }
   scene.add_body({.shape = scene.add_shape(HalfSpace{{0, 0, 1}, -2.2}), .is_static = true});
   const SceneQueries queries(scene);
-  // How deep a link is in a mesh is proven, which takes memory as it goes.
+  // Proving how deep a link is in a mesh allocates.
   QueryFilter no_mesh;
   no_mesh.admits = [&](BodyId body) { return scene.shape_of(body.index()).is_convex(); };
   BatchOptions convex_bodies;
@@ -235,7 +237,7 @@ TEST_CASE("queries: after an update that ran out of memory they refuse, and the 
   enum class Change { moves, comes, goes };
   for (const Change change : {Change::moves, Change::comes, Change::goes}) {
     std::size_t refused = 0;
-    // Of those that make a mesh ready some, of the rest all.
+    // Refuses some of the allocations that prepare a mesh, and all of the others.
     const bool ready = change == Change::comes;
     for (std::int64_t turn = 0;; turn += ready ? 1 : 1 + turn / 8) {
       CAPTURE(static_cast<int>(change), turn);

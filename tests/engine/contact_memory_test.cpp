@@ -1,5 +1,5 @@
-// Begin, stay and end of contacts, and what is carried with them, against a model that knows bodies by numbers of its
-// own.
+// Begin, persistence and end of contacts, and data kept with them, compared with a model that has bodies with unique
+// numbers.
 #include "tandem/engine/contact_memory.h"
 
 #include <cstdlib>
@@ -15,9 +15,9 @@ using namespace tandem::test;
 
 namespace {
 
-using Names = std::pair<int, int>;  // numbers of two bodies that are never used again
+using Names = std::pair<int, int>;  // unique numbers of two bodies
 
-/// Bodies that come, go, move and change at random.
+/// Bodies that are added, removed, moved and changed at random.
 class Life {
  public:
   explicit Life(unsigned seed) : random_(seed) {
@@ -35,7 +35,7 @@ class Life {
     if (what == 1 && bodies_.size() > 3) {
       scene_.remove_body(body);
       bodies_.erase(bodies_.begin() + static_cast<std::ptrdiff_t>(which));
-      if (random_.in(0, 1) < 0.5) add();  // mostly in the same slot
+      if (random_.in(0, 1) < 0.5) add();  // usually in the same slot
     } else if (what == 2) {
       scene_.set_shape(body, shapes_[static_cast<std::size_t>(random_.in(0, 4))]);
     } else if (what == 3) {
@@ -62,7 +62,7 @@ class Life {
       if (b.id.index() == index) return b.name;
     return -1;
   }
-  /// By a loop over all.
+  /// The touching pairs, by a loop over all.
   std::set<Names> touching() const {
     std::set<Names> found;
     const NarrowPhase narrow;
@@ -108,7 +108,7 @@ TEST_CASE("contact events: a begin and an end for each touch, through all that m
     options.answer.keep_contacts = keep;
     Pipeline pipeline(options);
     ContactEvents events;
-    PairMap<Names> names;  // the value says whose it is
+    PairMap<Names> names;  // the value identifies the pair
     std::map<BodyId, int, decltype([](BodyId a, BodyId b) {
                return std::pair(a.slot_plus_one, a.generation) < std::pair(b.slot_plus_one, b.generation);
              })>
@@ -188,7 +188,7 @@ TEST_CASE("contact map: a point's value goes with its place") {
     springs[i] = static_cast<int>(i) + 1;
     places.push_back(pipeline.contacts().contacts[i].point);
   }
-  for (int k = 1; k <= 40; ++k) {  // slides and turns by little steps: corners go with it
+  for (int k = 1; k <= 40; ++k) {  // slides and rotates by small steps: contacts keep their data
     Pose pose = Pose::at(0.01 * k, 0, 0.999);
     pose.rotation = Eigen::AngleAxisd(0.02 * k, Vec3::UnitZ()).toRotationMatrix();
     scene.set_pose(body, pose);
@@ -201,7 +201,7 @@ TEST_CASE("contact map: a point's value goes with its place") {
       CHECK((pipeline.contacts().contacts[i].point - expected).norm() < 1e-9);
     }
   }
-  scene.set_pose(body, Pose::at(3, 0, 0.999));  // a leap: nothing is carried
+  scene.set_pose(body, Pose::at(3, 0, 0.999));  // a jump: no data are kept
   step();
   for (std::size_t i = 0; i < springs.size(); ++i) CHECK(springs[i] == 0);
   springs[0] = 5;

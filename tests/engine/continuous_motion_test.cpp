@@ -1,5 +1,5 @@
-// Continuous bodies pass through nothing: thousands of shots against samples, rooms full of bullets, and the rules of
-// who goes with whom.
+// Continuous bodies do not pass through others: thousands of shots compared with samples, rooms full of bullets, and
+// the rules of which body carries which.
 #include "tandem/engine/continuous_motion.h"
 
 #include <algorithm>
@@ -25,7 +25,7 @@ const NarrowPhase narrow;
 
 bool same(const Pose& a, const Pose& b) { return a.translation == b.translation && a.rotation == b.rotation; }
 
-/// A point's straight way and a turn about it, written apart from the library's.
+/// The pose of a body whose given point moves straight while it rotates; independent of the library's.
 Pose in_between(const Pose& from, const Pose& to, const Vec3& centre, double t) {
   Pose at;
   at.rotation = Quat(from.rotation).slerp(t, Quat(to.rotation)).toRotationMatrix();
@@ -45,7 +45,7 @@ bool collide(const Scene& scene, std::uint32_t a, const Pose& at_a, std::uint32_
   return narrow.solve(scene.shape_of(a), at_a, scene.shape_of(b), at_b, Request::collide).collide;
 }
 
-/// Something about 30 in size, thin where it can be, at `at` after the part `f` of the step.
+/// A body about 30 in size, thin if possible, at `at` after the fraction `f` of the step.
 BodyOptions target(Scene& scene, int kind, const Vec3& at, double f, Random& r) {
   BodyOptions body{.pose = Pose{r.rotation(), at}, .is_static = true};
   const auto moves = [&](const Vec3& shift) {
@@ -91,7 +91,7 @@ struct Seen {
   int stopped = 0, free = 0, passes = 0;
 };
 
-/// One step of a scene of two bodies, looked at by many samples of where each is.
+/// One step of a scene of two bodies, checked at many sampled times.
 void look_at_step(const Scene& scene, Seen& seen) {
   const std::uint32_t bullet = 0, other = 1;
   std::vector<Pose> whole;
@@ -125,7 +125,7 @@ void look_at_step(const Scene& scene, Seen& seen) {
   REQUIRE(stops.size() == 1);
   CHECK(stops[0].a.index() == 0);
   CHECK(stops[0].b.index() == 1);
-  // It touches, and stays where the other one sees it.
+  // It touches, and keeps its pose relative to the other body.
   CHECK(std::abs(distance(scene, bullet, path(bullet, until), other, path(other, until))) < 2e-9 * shift);
   CHECK(std::abs(distance(scene, bullet, ends[bullet], other, ends[other])) < 2e-9 * shift);
   if (scene.is_static()[other]) {
@@ -137,7 +137,7 @@ void look_at_step(const Scene& scene, Seen& seen) {
   }
 }
 
-/// Bodies fly about in a room of thin walls, which no one leaves.
+/// Bodies that fly in a room of thin walls, which none may leave.
 struct Room {
   static constexpr double half = 5;
   Scene scene;
@@ -181,7 +181,7 @@ struct Room {
     }
   }
 
-  /// The body that is out, or 0: by its centre, of rings, whose cores are in their tubes, all of it.
+  /// The id of a body outside, or 0: by its centre; for rings, whose cores are in their tubes, by all of it.
   std::uint32_t outside() const {
     for (const BodyId id : bullets) {
       const Shape& shape = scene.shape_of(id.index());
@@ -194,7 +194,7 @@ struct Room {
   }
 };
 
-/// How far all bodies went, to the last bit.
+/// A hash of the motion of all bodies.
 std::uint64_t bits_of(const Scene& scene) {
   std::uint64_t hash = 1469598103934665603u;
   for (const Pose& pose : scene.poses()) {
@@ -238,7 +238,7 @@ TEST_CASE("continuous: thousands of shots at thin things that stand, turn and mo
 TEST_CASE("continuous: no bullet leaves a room of thin walls and meshes, whatever it meets there") {
   Random r(5);
   Room room(r, 40, 3000);  // up to 50 m a step
-  // A paddle in the middle, which its owner turns.
+  // A paddle in the middle, rotated by its owner.
   const BodyId paddle = room.scene.add_body(
       {.shape = room.scene.add_shape(Box{{2, 0.01, 2}}), .angular_velocity = {0, 0, 40}, .is_static = true});
   ContinuousMotion motion;
@@ -256,7 +256,7 @@ TEST_CASE("continuous: no bullet leaves a room of thin walls and meshes, whateve
     room.scene.set_pose(paddle, ends[paddle.index()]);
     CAPTURE(step);
     REQUIRE(room.outside() == 0);
-    // Off what it met, somewhere into the room.
+    // Away from what it hit, into the room.
     for (const MotionStop& stop : found)
       for (const auto& [id, away] : {std::pair(stop.a, -1.0), std::pair(stop.b, 1.0)}) {
         if (room.scene.is_static()[id.index()]) continue;
@@ -275,7 +275,7 @@ TEST_CASE("continuous: a response keeps bullets in, the same bits with every exe
       if (executor != ExecutorKind::flowgraph && threads == 1) continue;
       Random r(8);
       Room room(r, 20, 1500);
-      Pipeline pipeline({.executor = executor, .threads = threads});  // no margin: nothing is seen before it touches
+      Pipeline pipeline({.executor = executor, .threads = threads});  // no margin: nothing is found before it touches
       Response response({.max_speed = 3000, .threads = threads});
       std::size_t stops = 0;
       for (int step = 0; step < 40; ++step) {
@@ -285,7 +285,7 @@ TEST_CASE("continuous: a response keeps bullets in, the same bits with every exe
         REQUIRE(room.outside() == 0);
       }
       CHECK(stops > 20);
-      // What was stopped was also slowed: no one creeps towards a wall for ever.
+      // Stopped bodies were also slowed: none approaches a wall for ever.
       double fastest = 0;
       for (const BodyId id : room.bullets) fastest = std::max(fastest, room.scene.velocities()[id.index()].norm());
       CHECK(fastest < 1500);
@@ -331,7 +331,7 @@ TEST_CASE("continuous: two bullets head-on stand, what moves takes along, and on
         scene.add_body({.shape = plate, .pose = Pose::at(-201, 0, 0), .velocity = {300, 0, 0}, .is_static = true});
     free_ends(scene, ends);
     stops = motion.limit(scene, ends);
-    // It takes the first along, and that one, which touches it, the other: their cores do not meet.
+    // It carries the first body, and that one, which touches it, the other: their cores do not overlap.
     REQUIRE(stops.size() == 3);
     CHECK(stops[1].b == wall);
     CHECK(ends[left.index()].translation.x() == Approx(99 + 0.0005 + 0.5));
@@ -391,8 +391,8 @@ TEST_CASE("continuous: what touches the floor at the start does not pass a wall 
   ContinuousMotion motion;
   free_ends(scene, ends);
   REQUIRE(motion.limit(scene, ends).size() == 1);
-  CHECK(ends[box.index()].translation.x() == Approx(3 - 0.25));  // half of its inner radius is its core
-  // Not towards the wall it slides as far as it likes.
+  CHECK(ends[box.index()].translation.x() == Approx(3 - 0.25));  // its core is half of its inner radius
+  // A motion parallel to the wall is not limited.
   scene.set_velocity(box, {0, 15, 0}, Vec3::Zero());
   free_ends(scene, ends);
   CHECK(motion.limit(scene, ends).empty());

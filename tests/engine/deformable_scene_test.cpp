@@ -1,4 +1,4 @@
-// A shape of a scene that is replaced, as a mesh that bends is: steps and queries see it at once.
+// Replacing the shape of a scene, as for a deforming mesh: steps and queries use the new one at once.
 #include <memory>
 
 #include "catch.h"
@@ -9,7 +9,7 @@
 namespace tandem {
 namespace {
 
-// A sheet of n x n squares, side 4, sagged by `depth` in the middle.
+// A cloth of n x n squares, side 4, sagged by `depth` in the middle.
 Mesh sheet(int n, double depth) {
   Mesh mesh;
   for (int i = 0; i <= n; ++i)
@@ -26,7 +26,7 @@ Mesh sheet(int n, double depth) {
   return mesh;
 }
 
-// A cloth of two bodies, with balls, a box and a torus-like ring of boxes about it.
+// A cloth as the shape of two bodies, with balls, a box and a ring of boxes around it.
 struct ClothWorld {
   Scene scene;
   ShapeId cloth;
@@ -54,7 +54,7 @@ TEST_CASE(
   SceneQueries queries(world.scene);
   std::size_t contacts = 0;
   for (int step = 0; step < 12; ++step) {
-    if (step % 3 != 2) {  // else nothing has moved: contacts are kept
+    if (step % 3 != 2) {  // otherwise nothing has moved: contacts are kept
       mesh.update(sheet(16, 0.1 * step).vertices);
       world.scene.replace_shape(world.cloth, mesh.shape());
     }
@@ -71,7 +71,7 @@ TEST_CASE(
     CHECK((step % 3 != 2 || of_kept.kept_pairs > 0));
     contacts += expected.contacts;
 
-    if (step % 2 == 0) continue;  // queries asked only now and then
+    if (step % 2 == 0) continue;  // queries only now and then
     queries.update(world.scene);
     const SceneQueries of_anew(anew.scene);
     for (double x = -1.5; x < 2; x += 0.5) {

@@ -1,4 +1,4 @@
-// tandem::fcl::continuousCollide against FCL's motions, sampled, and against FCL's own answers.
+// tandem::fcl::continuousCollide compared with samples of FCL's motions, and with FCL's own answers.
 #include "tandem/fcl/continuous_queries.h"
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -127,7 +127,7 @@ TEST_CASE("FCL's continuous collision: a thin wall, float, what is not occupied,
         Approx((1.1 - 0.0105) / 3).epsilon(1e-9));
   CHECK(ours.is_collide);
   ::fcl::continuousCollide<double>(bullet.get(), start, end, wall.get(), home, home, Request(), theirs);
-  CHECK_FALSE(theirs.is_collide);  // ten places are looked at
+  CHECK_FALSE(theirs.is_collide);  // FCL examines ten times of the motion
 
   const ::fcl::Spheref small(0.01f);
   const ::fcl::Boxf thin(0.001f, 2, 2);

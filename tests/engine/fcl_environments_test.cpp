@@ -1,5 +1,5 @@
-// tandem::fcl::CollisionManager in environments such as FCL's own tests of its managers are made of: shapes and meshes
-// at random, grids of objects close to each other, octrees; asked by FCL's default callbacks, beside FCL's managers.
+// tandem::fcl::CollisionManager in environments like those of FCL's own tests of its managers: random shapes and
+// meshes, grids of close objects, octrees; queried with FCL's default callbacks, beside FCL's managers.
 #include <fcl/broadphase/broadphase_SSaP.h>
 #include <fcl/broadphase/broadphase_bruteforce.h>
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
@@ -41,7 +41,7 @@ template <class S>
   return pose;
 }
 
-/// Objects that are held here.
+/// Objects, owned.
 template <class S>
 struct Objects {
   std::vector<std::unique_ptr<Object<S>>> held;
@@ -81,7 +81,7 @@ Objects<S> environment(Random& random, double reach, int n, bool meshes) {
   return objects;
 }
 
-/// A grid of objects that nearly touch, one kind a place in turn.
+/// A grid of objects that nearly touch, of the kinds in turn.
 template <class S>
 Objects<S> crowd(double reach, int edge) {
   const double step = 2 * reach / edge, gap = 0.05 * step, size = step - 2 * gap;
@@ -99,7 +99,7 @@ Objects<S> crowd(double reach, int edge) {
   return objects;
 }
 
-/// Each object turned and moved by a little, as between two updates.
+/// Moves and rotates each object slightly, as between two updates.
 template <class S>
 void stir(Random& random, Objects<S>& objects, double by) {
   for (Object<S>* object : objects.all) {
@@ -118,7 +118,8 @@ std::vector<std::pair<const char*, std::unique_ptr<Manager<S>>>> managers(const 
   out.emplace_back("tandem", std::make_unique<tandem::fcl::CollisionManager<S>>());
   out.emplace_back("naive", std::make_unique<::fcl::NaiveCollisionManager<S>>());
   out.emplace_back("tree", std::make_unique<::fcl::DynamicAABBTreeCollisionManager<S>>());
-  if constexpr (std::is_same_v<S, double>) {  // FCL's library has these; its SaP manager's update may never end
+  // Instantiated in FCL's library; the update of its SaP manager may not terminate.
+  if constexpr (std::is_same_v<S, double>) {
     out.emplace_back("tree in an array", std::make_unique<::fcl::DynamicAABBTreeCollisionManager_Array<S>>());
     out.emplace_back("SSaP", std::make_unique<::fcl::SSaPCollisionManager<S>>());
     out.emplace_back("interval tree", std::make_unique<::fcl::IntervalTreeCollisionManager<S>>());
@@ -176,7 +177,7 @@ S least_distance(const Manager<S>& manager, Asked... asked) {
   return data.result.min_distance;
 }
 
-/// Of FCL's distances, whose error depends on the order of the two.
+/// The error of FCL's distances, which depends on the order of the two.
 template <class S>
 void check_same_distance(S ours, S theirs) {
   CHECK((ours <= 0) == (theirs <= 0));
@@ -242,7 +243,7 @@ void check_unique() {
     Unique<S> met, near;
     manager.collide(&met, static_cast<Collides<S>>(must_be_new<S>));
     manager.distance(&near, static_cast<Distances<S>>(must_be_new<S>));
-    CHECK(near.pairs.size() == 180 * 179 / 2);  // no distance is told: all are asked about
+    CHECK(near.pairs.size() == 180 * 179 / 2);  // no distance is below the limit: all pairs are visited
     CHECK(met.pairs.size() > 100);
     stir(random, objects, 30);
     manager.update();
@@ -301,7 +302,7 @@ TEST_CASE("two FCL managers are asked about each other") {
     object->computeAABB();
   }
   const auto one = managers<double>(some), other = managers<double>(others), third = managers<double>(far);
-  // tandem's with tandem's and with each of FCL's; FCL's tree takes its own kind alone.
+  // tandem's octree with tandem's and with each of FCL's; FCL's tree manager takes only its own kind.
   const std::size_t theirs = contacts<double>(*one[2].second, 100000, other[2].second.get());
   const double apart = least_distance<double>(*one[2].second, third[2].second.get());
   CHECK(theirs > 10);
@@ -349,7 +350,7 @@ namespace {
 
 std::shared_ptr<octomap::OcTree> octree(double resolution) {
   auto tree = std::make_shared<octomap::OcTree>(resolution);
-  // A block that was seen to be occupied within one that was seen to be free.
+  // A block observed as occupied within one observed as free.
   for (int x = -10; x < 10; ++x)
     for (int y = -10; y < 10; ++y)
       for (int z = -10; z < 10; ++z)
@@ -363,7 +364,7 @@ std::shared_ptr<octomap::OcTree> octree(double resolution) {
   return tree;
 }
 
-/// What a callback was called for: an object and a cell, by its place and size in a part of a thousand.
+/// The arguments of a callback: an object and a cell, by its position and size in thousandths.
 template <class S>
 struct Cells {
   std::map<std::tuple<Object<S>*, long, long, long, long>, int> seen;
@@ -413,7 +414,7 @@ void check_octree(bool is_turned) {
   ours.collide(&asked, &three, static_cast<Collides<S>>(note_cell<S>));
   CHECK(three.seen.size() == 3);
 
-  for (Object<S>* object : objects.all) {  // away from it all, for a distance above 0
+  for (Object<S>* object : objects.all) {  // away from all others, for a distance above 0
     object->setTranslation(object->getTranslation() + ::fcl::Vector3<S>(40, 0, 0));
     object->computeAABB();
   }

@@ -1,4 +1,4 @@
-// tandem::fcl::CollisionManager beside FCL's own managers: the same pairs, the same least distances.
+// tandem::fcl::CollisionManager compared with FCL's own managers: the same pairs, the same least distances.
 #include "tandem/fcl/collision_manager.h"
 
 #include <fcl/broadphase/broadphase_bruteforce.h>
@@ -20,7 +20,7 @@ using namespace tandem::test;
 
 namespace {
 
-/// A box whose AABB is whatever is set.
+/// An object whose AABB can be set.
 template <class S>
 class Placed final : public Object<S> {
  public:
@@ -33,7 +33,7 @@ template <class S>
   return {::fcl::Vector3<S>(S(x), S(y), S(z)), ::fcl::Vector3<S>(S(x + size), S(y + size), S(z + size))};
 }
 
-/// Boxes without bounds are among them if `endless`, on some of which FCL's tree ends in a segmentation fault.
+/// Random boxes; `endless`: unbounded ones among them, on some of which FCL's tree ends in a segmentation fault.
 template <class S>
 ::fcl::AABB<S> random_box(Random& random, bool endless) {
   constexpr S most = std::numeric_limits<S>::max();
@@ -62,7 +62,7 @@ bool count_overlapping(Object<S>* a, Object<S>* b, void* data) {
   return a->getAABB().overlap(b->getAABB()) && count_pair(a, b, data);
 }
 
-/// The distance of two objects is never below that of their boxes, but may be more; asked is a count of calls.
+/// The distance of two objects is at least that of their boxes, but may be larger; `asked` counts calls.
 template <class S>
 struct Least {
   S value = std::numeric_limits<S>::max();
@@ -79,15 +79,14 @@ bool keep_least(Object<S>* a, Object<S>* b, void* data, S& least) {
   return least <= 0;
 }
 
-/// The naive manager asks about all, the tree also about those whose boxes overlapped before an update made them
-/// smaller.
+/// The naive manager visits all pairs; the tree manager also those whose boxes overlapped before an update shrank them.
 template <class S>
 PairCounts<S> collide(const Manager<S>& manager) {
   PairCounts<S> found;
   manager.collide(&found, count_overlapping<S>);
   return found;
 }
-/// All that a callback is called for.
+/// All arguments of a callback.
 template <class S>
 PairCounts<S> called_for(const Manager<S>& manager) {
   PairCounts<S> found;
@@ -115,7 +114,7 @@ void check_random_world(unsigned seed, bool endless) {
     object = std::make_unique<Placed<S>>();
     object->set(random_box<S>(random, endless));
   }
-  // A world and another one, each in tandem's, the naive and the tree's manager.
+  // Two sets of objects, each in tandem's, the naive and the tree manager.
   struct World {
     tandem::fcl::CollisionManager<S> ours;
     ::fcl::NaiveCollisionManager<S> naive;
@@ -154,7 +153,7 @@ void check_random_world(unsigned seed, bool endless) {
         object->set(random_box<S>(random, endless));
         moved.push_back(object.get());
       }
-    for (World& w : worlds)  // the objects that are not registered there are passed over
+    for (World& w : worlds)  // unregistered objects are ignored
       for (auto* manager : w.all(!endless)) {
         if (round % 3 == 0) manager->update();
         if (round % 3 == 1) manager->update(moved);
@@ -269,7 +268,7 @@ TEST_CASE("a callback that returns true is the last one") {
     count = 0;
     manager.distance(asked..., &count, static_cast<::fcl::DistanceCallBack<double>>(stop_at_fourth));
     CHECK(count == 4);
-    count = 0;  // nothing is nearer than 0
+    count = 0;  // no distance is below 0
     manager.distance(asked..., &count, touch_at_once);
     CHECK(count == 1);
   };

@@ -1,3 +1,4 @@
+// Random objects for the tests of the FCL adapter.
 #pragma once
 #include <fcl/broadphase/broadphase_collision_manager.h>
 
@@ -7,7 +8,7 @@ namespace tandem::test {
 
 using Random = std::mt19937;
 
-/// In [lo, hi), the same on every system.
+/// A number in [lo, hi), the same on every system.
 inline double uniform(Random& random, double lo, double hi) {
   return lo + (hi - lo) * (static_cast<double>(random()) / 4294967296.0);
 }

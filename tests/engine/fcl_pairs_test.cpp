@@ -1,4 +1,4 @@
-// tandem::fcl::collide and distance beside FCL's own on every kind of geometry, and the conversions they rest on.
+// tandem::fcl::collide and distance compared with FCL's on every kind of geometry, and the conversions they use.
 #include "tandem/fcl/pair_queries.h"
 
 #include <fcl/geometry/bvh/BVH_model.h>
@@ -115,7 +115,7 @@ TEST_CASE("pairs of convex kinds collide and are as far apart as FCL says") {
       for (int pose = 0; pose < 12; ++pose) {
         const FclObject o1(a, random_pose(random, 1.1)), o2(b, random_pose(random, 1.1));
         CAPTURE(a->getNodeType(), b->getNodeType(), pose);
-        // FCL's search for a depth aborts on some of these pairs: it is asked for distances alone.
+        // FCL's depth search aborts on some of these pairs: only distances are requested.
         ::fcl::DistanceResultd theirs, ours;
         ::fcl::DistanceRequestd wanted(true, false);
         wanted.distance_tolerance = 1e-9;
@@ -220,9 +220,9 @@ TEST_CASE("limits on contacts, better results and what is not occupied are honou
   ::fcl::CollisionRequestd request(3, true);
   ::fcl::CollisionResultd result;
   CHECK(tandem::fcl::collide(&a, &b, request, result) == 3);
-  CHECK(tandem::fcl::collide(&a, &b, request, result) == 3);  // satisfied
+  CHECK(tandem::fcl::collide(&a, &b, request, result) == 3);  // the limit is reached
   request.num_max_contacts = 5;
-  CHECK(tandem::fcl::collide(&a, &b, request, result) == 5);  // those that are there count
+  CHECK(tandem::fcl::collide(&a, &b, request, result) == 5);  // existing contacts count
   request.num_max_contacts = 0;
   ::fcl::CollisionResultd none;
   CHECK(tandem::fcl::collide(&a, &b, request, none) == 0);

@@ -1,3 +1,4 @@
+// Contacts kept from step to step, compared with computed ones.
 #include "pipeline/kept_batch.h"
 
 #include <oneapi/tbb/global_control.h>
@@ -30,7 +31,7 @@ class Draw {
   std::mt19937 random_;
 };
 
-/// Exactly a rotation again, as far as doubles go.
+/// The matrix as a rotation to rounding.
 Mat3 cleaned(const Mat3& r) { return Quat(r).normalized().toRotationMatrix(); }
 
 std::vector<Shape> convex_shapes() {
@@ -46,7 +47,7 @@ double deepest(const ContactList& list) {
   return most;
 }
 
-/// The answer of two bodies, kept or not, held against the exact one.
+/// Compares the answer for two bodies, kept or not, with the exact one.
 void check_against_exact(const Scene& scene, const ContactList& list, double margin) {
   const NarrowPhase exact({.tolerance = 0, .margin = margin, .solver = {}});
   const Shape &a = scene.shape_of(0), &b = scene.shape_of(1);
@@ -62,7 +63,7 @@ void check_against_exact(const Scene& scene, const ContactList& list, double mar
   CHECK(std::abs(answer.signed_distance - truth.signed_distance) <= answer.error_bound + rounding);
   CHECK(std::abs(deepest(list) + truth.signed_distance) <= answer.error_bound + rounding);
   CHECK(answer.normal.norm() == Approx(1));
-  // The normal is one along which that much separates them, or that keeps them that far apart.
+  // A translation along the normal by that length separates them, or keeps them that far apart.
   Pose moved = poses[1];
   moved.translation += (answer.error_bound + rounding - answer.signed_distance) * answer.normal;
   CHECK(exact.solve(a, poses[0], b, moved, Request::distance).signed_distance > -rounding);
@@ -92,7 +93,7 @@ TEST_CASE("kept contacts: distance, depth, normal and verdict are right within t
           kept += report.kept_pairs, computed += report.computed_pairs;
           largest_bound = std::max(largest_bound, report.kept_error_bound);
           check_against_exact(scene, pipeline.contacts(), margin);
-          // Both through the world together, and a little against each other.
+          // Both move together, and slightly relative to each other.
           const double little = draw.power_of_ten(-7, -1.7);
           const Mat3 turn = draw.turn(draw.in(0, 1));
           const Vec3 shift = draw.vector(2);
@@ -134,7 +135,7 @@ TEST_CASE("kept contacts: answers of bodies at rest stand, and are right within 
         const BodyId b = scene.add_body({.shape = scene.add_shape(shapes[j]), .pose = at_b});
         Pipeline pipeline(
             {.executor = ExecutorKind::sequential, .answer = {.margin = margin, .keep_contacts = tolerance}});
-        // Each for itself, a little: a body at rest may be a thousandth of what is tolerated away.
+        // Each moves slightly by itself: a body at rest may be off by a thousandth of the tolerance.
         const double little = draw.power_of_ten(-8, -4.3);
         for (int step = 0; step < 20; ++step) {
           const StepReport report = pipeline.step(scene);
@@ -287,7 +288,7 @@ TEST_CASE("kept contacts: depths of meshes in each other are right within the bo
   Pipeline keeping({.executor = ExecutorKind::sequential, .answer = {.keep_contacts = 1e-2}});
   Pipeline exact({.executor = ExecutorKind::sequential});
   std::size_t compared = 0;
-  double most = 0;  // that a depth changes from one step to the next
+  double most = 0;  // the largest change of a depth from one step to the next
   std::vector<double> before(poses.size(), 0);
   for (int step = 0; step < 200; ++step) {
     for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -343,7 +344,7 @@ TEST_CASE("kept contacts: the same bits for every executor and number of threads
         REQUIRE(report.kept_pairs == first.kept_pairs);
         REQUIRE(report.kept_error_bound == first.kept_error_bound);
       }
-      // At last most bodies rest, a few tremble, and one leaves.
+      // At the end most bodies rest, a few tremble, and one leaves.
       if (step < 60) {
         response.step(scene, pipelines.front().contacts());
         continue;
@@ -362,8 +363,8 @@ TEST_CASE("kept contacts: the same bits for every executor and number of threads
 
 namespace {
 
-/// Bodies of all sorts in a small room: most rest, some tremble, crawl, jump, come or go. A few balls beside it rest on
-/// the ground, but whether they touch it changes.
+/// All kinds of bodies in a small room: most rest, some tremble, crawl, jump, appear or leave. Beside it a few balls
+/// rest on the ground, and whether they touch it changes.
 class CrowdedRoom {
  public:
   static constexpr int in_doubt = 4;
@@ -375,9 +376,9 @@ class CrowdedRoom {
     for (int i = 0; i < in_doubt; ++i)
       touching_.push_back(scene.add_body({.shape = shapes_[1], .pose = Pose::at(10 + 2 * i, 0, 0.5)}));
   }
-  /// What happens before the next step.
+  /// The changes before the next step.
   void go_on(int step) {
-    // Now and then all but nothing happens, so that nearly all rest; now and then most move.
+    // In some steps almost nothing happens, so that nearly all rest; in others most move.
     for (const BodyId id : touching_) {
       const Vec3 at = scene.pose(id).translation;
       scene.set_pose(id, Pose::at(at.x(), at.y(), 0.5 + draw_.in(-1e-8, 1e-8)));
@@ -385,7 +386,7 @@ class CrowdedRoom {
     const double busy = step % 12 < 4 ? 0 : step % 12 == 11 ? 0.8 : 0.1;
     for (BodyId& id : ids_) {
       if (draw_.in(0, 1) >= busy) {
-        if (step % 3 == 0) scene.set_pose(id, scene.pose(id));  // written, but the same
+        if (step % 3 == 0) scene.set_pose(id, scene.pose(id));  // written, but unchanged
         continue;
       }
       Pose pose = scene.pose(id);
@@ -418,7 +419,7 @@ class CrowdedRoom {
 
 struct Interruption {};
 
-/// In order, without gaps, and what the report says of it.
+/// The list is sorted without gaps, and the report agrees with it.
 void check_list(const ContactList& list, const StepReport& report) {
   std::uint64_t colliding = 0, touching = 0;
   double max_depth = 0;
@@ -441,7 +442,7 @@ void check_list(const ContactList& list, const StepReport& report) {
   REQUIRE(report.max_depth == max_depth);
 }
 
-/// Kept answers of convex bodies beside exact ones.
+/// Compares kept answers of convex bodies with exact ones.
 void check_answers(const ContactList& kept, const ContactList& exact, const StepReport& report) {
   double largest = 0;
   const auto of = [](const PairResult& pair) { return Pair{pair.a, pair.b}; };
@@ -458,7 +459,7 @@ void check_answers(const ContactList& kept, const ContactList& exact, const Step
     ++at;
   }
   REQUIRE(report.kept_error_bound <= 0.01 * 1.45);     // the largest body
-  REQUIRE(largest <= report.kept_error_bound + 1e-9);  // computed ones are off by what rounding does
+  REQUIRE(largest <= report.kept_error_bound + 1e-9);  // computed ones are off by rounding
 }
 
 }  // namespace
@@ -483,7 +484,7 @@ TEST_CASE("kept contacts: what changes in its place is what it would be if all p
   PipelineOptions ordered = options(ExecutorKind::flowgraph, 3);
   ordered.sharing.form = StepForm::ordered;
   pipelines.emplace_back(ordered);
-  // Who may leave out any pair must be shown all of them.
+  // A predicate that may leave out any pair must be called for all pairs.
   PipelineOptions asks_all = options(ExecutorKind::sequential, 1);
   asks_all.predicate = [&](std::span<Pair> pairs) {
     if (interrupt) throw Interruption();
@@ -494,7 +495,7 @@ TEST_CASE("kept contacts: what changes in its place is what it would be if all p
   std::uint64_t kept = 0, computed = 0, quiet_steps = 0;
   for (int step = 0; step < 240; ++step) {
     CAPTURE(step);
-    if (step % 29 == 28) {  // cut short
+    if (step % 29 == 28) {  // stopped early
       std::stop_source stop;
       stop.request_stop();
       for (Pipeline& pipeline : pipelines) {
@@ -565,7 +566,7 @@ TEST_CASE("kept contacts: a pair of two that rest is found again whoever of them
 
 TEST_CASE("kept contacts: a pair that came to rest with an answer moved into doubt is computed anew") {
   constexpr double gap = 3e-4;
-  const Mat3 tilt = Eigen::AngleAxisd(0.7, Vec3::UnitY()).toRotationMatrix();  // so that boxes around them overlap
+  const Mat3 tilt = Eigen::AngleAxisd(0.7, Vec3::UnitY()).toRotationMatrix();  // so that their boxes overlap
   const auto at = [&](double x, double z) { return Pose{tilt, tilt * Vec3(x, 0, z)}; };
   for (const double distance : {-gap, gap}) {
     CAPTURE(distance);
@@ -643,7 +644,7 @@ TEST_CASE("kept contacts: nothing is taken over from another shape, another scen
   CHECK(pipeline.step(scene).kept_pairs == 0);
   CHECK(depth() == Approx(0.1));
 
-  // Another body under the same index.
+  // Another body with the same index.
   scene.remove_body(scene.id(1));
   scene.add_body({.shape = scene.add_shape(Box{Vec3::Constant(1.1)}), .pose = Pose::at(0.9, 0.1, 0.2)});
   CHECK(pipeline.step(scene).kept_pairs == 0);
@@ -657,7 +658,7 @@ TEST_CASE("kept contacts: nothing is taken over from another shape, another scen
   CHECK(pipeline.step(scene).kept_pairs == 0);
   CHECK(pipeline.step(scene).kept_pairs == 1);
 
-  // Nor from longer ago than the last step.
+  // Nor from earlier than the last step.
   const Pose near = scene.poses()[1];
   scene.set_pose(scene.id(1), Pose::at(9, 0, 0));
   pipeline.step(scene);

@@ -1,4 +1,4 @@
-// Boxes of links in many configurations, and gaps between them as they are turned, against bounds and distances.
+// Boxes of links in many configurations, and gaps between them under rotations, compared with bounds and distances.
 #include "queries/link_boxes.h"
 
 #include <algorithm>
@@ -105,7 +105,7 @@ TEST_CASE("link boxes: a gap is never more than the distance, and all of it alon
   CHECK(apart > 10);
   CHECK(meeting > 10);
 
-  // Two boxes and a capsule beside one another, turned together.
+  // Two boxes and a capsule side by side, rotated together.
   const std::vector<Shape> shapes{Shape(Box{{1, 1, 1}}), Shape(Capsule{0.2, 1}), Shape(Box{{0.4, 0.3, 0.8}})};
   std::vector<LinkBox> own;
   for (const Shape& shape : shapes) own.emplace_back(shape);

@@ -1,3 +1,4 @@
+// Lists of contacts of which ranges are replaced.
 #include "pipeline/list_splice.h"
 
 #include <algorithm>
@@ -11,7 +12,7 @@ namespace {
 
 std::uint32_t below(std::uint32_t end, std::mt19937& random) { return static_cast<std::uint32_t>(random() % end); }
 
-/// Pairs of 0 to 3 contacts, each with a number of its own.
+/// Pairs of 0 to 3 contacts, each with a unique number.
 ContactList make_list(std::size_t pairs, std::mt19937& random, std::uint32_t& next) {
   ContactList list;
   for (std::size_t i = 0; i < pairs; ++i) {
@@ -57,7 +58,7 @@ TEST_CASE("list splice: changed where it lies, a list is what it would be if it 
     const ContactList other = make_list(60, random, next);
     std::vector<Splice> splices;
     std::uint32_t at = 0, from = 0;
-    const std::uint32_t few = 1 + below(8, random);  // of what is cut out and put in
+    const std::uint32_t few = 1 + below(8, random);  // pairs in a replaced range
     const auto size = static_cast<std::uint32_t>(base.pairs.size());
     while (from + few < other.pairs.size()) {
       const std::uint32_t stays = std::min<std::uint32_t>(size - at, below(12, random));

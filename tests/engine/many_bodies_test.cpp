@@ -1,3 +1,4 @@
+// Steps of many bodies, and the memory they take.
 #include <malloc.h>
 
 #include <algorithm>
@@ -21,7 +22,7 @@ std::vector<Pair> pairs_in_order(const Pipeline& pipeline) {
 }  // namespace
 
 TEST_CASE("many bodies: one order of all pairs for each broad phase, executor and number of threads") {
-  // Enough bodies for several blocks of every stage and for sorts in parts; three steps, so that lists are made and
+  // Enough bodies for several blocks of every stage and for parallel sorts; three steps, so that lists are made and
   // used.
   constexpr std::size_t n = 33'000;
   std::mt19937 random(2);
@@ -105,9 +106,8 @@ TEST_CASE("many bodies: what 100,000 spheres with a shape each take of memory, b
   REQUIRE(pipeline.contacts().pairs.size() > n);
   CHECK(in_pipeline.contacts >= pipeline.contacts().pairs.size() * sizeof(PairResult));
   CHECK(a_body(in_scene.total() + in_pipeline.total() - in_pipeline.contacts) < 720);
-  if (empty == 0) return;  // malloc is not glibc's: a sanitizer's, say
-  // What is told is what is held, but for some bytes that malloc keeps beside each of the shapes' parts, and large pages
-  // of which not all is in use.
+  if (empty == 0) return;  // malloc is not glibc's, but a sanitizer's, for example
+  // The reported memory is the allocated memory, except for malloc's overhead and partly used large pages.
   const double scene_held = (with_scene - empty) / n, pipeline_held = (heap() - with_scene) / n;
   CHECK(std::abs(a_body(in_scene.total()) - scene_held) < 0.1 * scene_held);
   CHECK(std::abs(a_body(in_pipeline.total()) - pipeline_held) < 0.2 * pipeline_held);

@@ -1,3 +1,4 @@
+// Readers of mesh files: accepted and refused inputs.
 #include "tandem/formats/mesh_file.h"
 
 #include <cstring>
@@ -20,7 +21,7 @@ Mesh read(std::string_view name, std::string_view text) {
   return read_mesh_file(folder.write(name, text));
 }
 
-// What is said about the file, without the folder it lies in.
+// The error message, without the folder of the file.
 std::string refusal(std::string_view name, std::string_view text) {
   const TemporaryFolder folder;
   const std::string what = message_of([&] { read_mesh_file(folder.write(name, text)); });
@@ -84,7 +85,7 @@ TEST_CASE("OBJ: faults are named with their line") {
 TEST_CASE("STL: text and binary give the same welded mesh") {
   const Mesh text = read("a.stl", square_stl);
   const Mesh binary = read("a.stl", binary_stl({{0, 0, 0, 1, 0, 0, 1, 1, 0}, {0, 0, 0, 1, 1, 0, 0, 1, 0}}));
-  // Programs exist that begin binary files with the word of the other format.
+  // Some programs begin binary files with the keyword of the text format.
   const Mesh solid = read("a.stl", binary_stl({{0, 0, 0, 1, 0, 0, 1, 1, 0}, {0, 0, 0, 1, 1, 0, 0, 1, 0}}, "solid"));
   CHECK(text.triangles == Triangles{{0, 1, 2}, {0, 2, 3}});
   CHECK(binary.triangles == text.triangles);
@@ -99,7 +100,7 @@ TEST_CASE("STL: a file cut off anywhere is refused") {
     CAPTURE(size);
     CHECK_FALSE(refusal("a.stl", std::string_view(binary).substr(0, size)).empty());
   }
-  // Of the text, the end of the last line's name is no loss.
+  // In the text, the last line's name may be cut off.
   for (std::size_t size = 0; size < square_stl.rfind("endsolid") + 8; ++size) {
     CAPTURE(size);
     CHECK_FALSE(refusal("a.stl", square_stl.substr(0, size)).empty());
@@ -144,7 +145,7 @@ constexpr std::string_view ascii_ply =
     "property list uchar float texcoord\r\nend_header\r\n"
     "0.1 0 0 9\r\n1 0 0 9\r\n1 1 0 9\r\n0 1e-3 0 9\r\n3 0 1 2 0\r\n4 0 1 2 3 2 0.5 0.5\r\n";
 
-/// One triangle, whose positions are given as base64, placed by what is in `node`.
+/// A triangle with positions in base64, placed by `node`.
 std::string gltf(std::string_view node, std::string_view primitive = "", std::string_view more = "") {
   // (0, 0, 0), (1, 0, 0), (0, 1, 0)
   return R"({"asset":{"version":"2.0"},"nodes":[{"mesh":0)" + std::string(node) +
@@ -194,7 +195,7 @@ TEST_CASE("PLY: faults are named with their line or byte") {
   std::string nan = binary_ply(false);
   nan.replace(nan.find("end_header\n") + 11, 8, bytes_of(std::numeric_limits<double>::quiet_NaN()));
   CHECK_THAT(refusal("a.ply", nan), Catch::EndsWith("a coordinate that is not finite, allowed: finite numbers"));
-  // Numbers of elements that the file does not have take no memory and no time.
+  // Numbers of elements that the file does not contain must not take memory or time.
   const std::string many = "element vertex 9223372036854775807\nproperty char x\nproperty char y\nproperty char z\n";
   CHECK_THAT(refusal("a.ply", "ply\nformat binary_little_endian 1.0\nelement none 9223372036854775807\n" + many + face),
              Catch::Contains("end of file"));
@@ -278,7 +279,7 @@ TEST_CASE("GLB: JSON and numbers in one file, which may be cut off nowhere") {
                              bytes_of(static_cast<std::uint32_t>(bytes.size())) + std::string("BIN\0", 4) + bytes;
   const std::string glb = "glTF" + bytes_of(2u) + bytes_of(static_cast<std::uint32_t>(12 + chunks.size())) + chunks;
   CHECK(read("a.glb", glb).vertices == Points{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
-  CHECK(read("a.gltf", glb).triangles.size() == 1);  // what it is, its beginning tells
+  CHECK(read("a.gltf", glb).triangles.size() == 1);  // recognised by its beginning
   for (std::size_t size = 0; size < glb.size(); ++size) CHECK_FALSE(refusal("a.glb", glb.substr(0, size)).empty());
 }
 
@@ -292,7 +293,7 @@ TEST_CASE("a triangle soup whose edges close is a solid, else its first open edg
   }
   const TemporaryFolder folder;
   CHECK(read_mesh_shape(folder.write("a.stl", binary_stl(facets)), true).is_solid());
-  facets.back()[8] = 0.5f;  // a corner that is another's no more
+  facets.back()[8] = 0.5f;  // a corner no longer equal to another's
   const std::string what = message_of([&] { read_mesh_shape(folder.write("a.stl", binary_stl(facets)), true); });
   CHECK_THAT(what, Catch::EndsWith("a.stl: mesh: solid, but not closed: the edge (0, 1, 0) to (0, 0, 1) of triangle 2 "
                                    "is in 0 one way, in 1 the other, allowed: as many"));

@@ -1,10 +1,11 @@
+// The message of an exception.
 #pragma once
 #include <exception>
 #include <string>
 
 namespace tandem {
 
-/// What the call throws; empty if nothing.
+/// The message of the exception that the call throws; empty if none.
 template <typename Call>
 std::string message_of(Call&& call) {
   try {

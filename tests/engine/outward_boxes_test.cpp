@@ -1,3 +1,4 @@
+// Boxes of shapes rounded outward to floats.
 #include "pipeline/outward_boxes.h"
 
 #include <bit>

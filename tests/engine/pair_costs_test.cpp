@@ -1,3 +1,4 @@
+// Estimates of the costs of pairs.
 #include "pipeline/pair_costs.h"
 
 #include <chrono>
@@ -17,17 +18,17 @@ TEST_CASE("pair costs: the costliest pairs of the last step, and those like them
   costs.learn({0, 2}, 20us);
   costs.learn({3, 4}, 210us);
   costs.learn({3, 5}, 190us);
-  CHECK_FALSE(costs.is_costliest({0, 1}, shortest_batch));  // it is of the step at hand
+  CHECK_FALSE(costs.is_costliest({0, 1}, shortest_batch));  // it counts only in the next step
   costs.begin_step(6);
   CHECK(costs.is_costliest({0, 1}, shortest_batch));
   CHECK(costs.is_costliest({3, 4}, shortest_batch));
   CHECK(costs.is_costliest({0, 3}, shortest_batch));  // both have such a pair
   CHECK_FALSE(costs.is_costliest({0, 2}, shortest_batch));
   CHECK_FALSE(costs.is_costliest({3, 5}, shortest_batch));
-  CHECK(costs.is_costliest({0, 1}, 400us));  // while batches take as long, others can travel with it
+  CHECK(costs.is_costliest({0, 1}, 400us));  // as long as batches take as much, others can travel with it
   CHECK_FALSE(costs.is_costliest({0, 1}, 401us));
   CHECK_FALSE(costs.is_costliest({3, 4}, 211us));
-  costs.begin_step(7);  // what was not costly in the last step is forgotten, a new body is cheap
+  costs.begin_step(7);  // a pair not costly in the last step is forgotten, a new body is cheap
   CHECK_FALSE(costs.is_costliest({0, 1}, shortest_batch));
   CHECK_FALSE(costs.is_costliest({0, 6}, shortest_batch));
 }

@@ -1,3 +1,4 @@
+// Pair records of `tandem query`.
 #include "formats/pair_record.h"
 
 #include <cmath>
@@ -102,7 +103,7 @@ TEST_CASE("pair record: rotations of few digits put corners where they say, R v 
 }
 
 TEST_CASE("pair record: a way ends where rotations of six decimals put round shapes' points") {
-  // A rotation all of whose columns are too short or too long by as much makes another shape of the same kind.
+  // A rotation whose columns are all too short or too long by the same factor makes another shape of the same kind.
   const double scale = GENERATE(1 - 9e-7, 1 + 9e-7);
   const Mat3 turn = Quat(0.5, 0.1, -0.7, 0.3).normalized().toRotationMatrix();
   const Pose loose{scale * turn, Vec3(0.3, 0.2, 5)}, right{turn, loose.translation};
@@ -141,7 +142,7 @@ TEST_CASE("pair record: a way ends where rotations of six decimals put round sha
       CHECK(time_of_impact(solver, inside, Vec3(1, 0, 0), b, Vec3::Zero(), 1) == 0.0);
     }
   CHECK(met >= 20);
-  // Rotations as records have them: apart before, touching at the end.
+  // With the rounded rotations of the record: apart before, touching at the end.
   const Pose rounded{
       (Mat3() << 0.936293, -0.275096, 0.218351, 0.289629, 0.956425, -0.036957, -0.198669, 0.097843, 0.975170)
           .finished(),
@@ -168,7 +169,7 @@ TEST_CASE("pair record: round shapes stand where rotations of six decimals put t
   const std::string pose = R"({"R":[[0.936293,-0.275096,0.218351],[0.289629,0.956425,-0.036957],)"
                            R"([-0.198669,0.097843,0.975170]],"t":[0.1,0.2,0.3]})";
   const Vec3 t(0.1, 0.2, 0.3);
-  // How far the points of a core reach along m in its frame, and the radius about them.
+  // The support of a core along m in its frame, and the radius about it.
   const struct {
     const char* shape;
     double (*reach)(const Vec3&);
@@ -197,7 +198,7 @@ TEST_CASE("pair record: round shapes stand where rotations of six decimals put t
       CHECK(found["collide"] == (expected <= 0));
       CHECK(found["contacts"].empty() == (expected > 0));
     }
-  // Two of them, against the separation along the normal found, which no other exceeds.
+  // Two of them, compared with the separation along the normal found, which is the maximum.
   const char* at[] = {"[0.5,0.7,0.6]", "[1,1,1.5]", "[1.2,1.4,-0.5]"};
   for (const auto& a : rows)
     for (const auto& b : rows)
@@ -232,7 +233,7 @@ TEST_CASE("pair record: a rotation of six decimals decides which translation out
       R"({"shapeA":{"kind":"cylinder","radius":0.6,"length":9},"poseA":{"R":[[0.936293,-0.275096,0.218351],)"
       R"([0.289629,0.956425,-0.036957],[-0.198669,0.097843,0.975170]],"t":[3,0,0]},)"
       R"("shapeB":{"kind":"sphere","radius":0.3},"poseB":{"t":[3,0,0]},"ask":["distance","normal","contacts"]})");
-  // Seen along its axis the side is an ellipse, of half axes 0.6 (1 +- 1e-6).
+  // Projected along its axis the side is an ellipse, of half axes 0.6 (1 +- 1e-6).
   const Vec3 axis = r.col(2).normalized(), u = axis.cross(Vec3::UnitX()).normalized(), v = axis.cross(u);
   const Vec3 ru = r.transpose() * u, rv = r.transpose() * v;
   const double uu = ru.head<2>().squaredNorm(), uv = ru.head<2>().dot(rv.head<2>()), vv = rv.head<2>().squaredNorm();

@@ -1,3 +1,4 @@
+// The pipeline: executors, filters, callbacks, changes of the scene.
 #include "tandem/engine/pipeline.h"
 
 #include <oneapi/tbb/flow_graph.h>
@@ -39,7 +40,8 @@ std::vector<PipelineOptions> all_setups(const PipelineOptions& base) {
 }  // namespace
 
 TEST_CASE("every executor, thread count and split gives the sequential contacts on every scene") {
-  // A small machine caps oneTBB at its core count; without this the cases of more threads test nothing new.
+  // A small machine limits oneTBB to its number of cores; without this the cases of more threads would test nothing
+  // new.
   const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
   for (const BuiltinScene& builtin : builtin_scenes()) {
     CAPTURE(builtin.name);
@@ -62,7 +64,7 @@ TEST_CASE("every executor, thread count and split gives the sequential contacts 
       }
       response.step(scene, pipelines.front().contacts());
     }
-    // A test on nothing would pass too.
+    // A test on nothing would pass, too.
     if (builtin.name != "falling-apart") CHECK(contacts > 100);
   }
 }
@@ -199,7 +201,7 @@ TEST_CASE("a deadline that passes within a pair ends it there: what was finished
   const auto begin = Clock::now();
   const std::uint64_t whole = pipeline.step(scene).contact_hash;
   const auto took = Clock::now() - begin;
-  // Whether it passes within the second pair is up to the machine; nearly all of the step is that pair.
+  // Whether the deadline passes within the second pair depends on the machine; nearly all of the step is that pair.
   bool seen = false;
   for (int i = 0; i < 50 && !seen; ++i) {
     const StepReport report = pipeline.step(scene, {}, Clock::now() + took * (1 + i % 5) / 8);
@@ -238,7 +240,7 @@ TEST_CASE("groups, masks and a predicate keep pairs away from the narrow phase")
         {.shape = ball, .pose = Pose::at(0.1 * i, 0, 0), .is_static = i < 5, .group = i % 2 ? 1u : 2u, .mask = 1u});
   Pipeline pipeline;
   const StepReport report = pipeline.step(scene);
-  // Bodies of group 1 meet each other, but for the static among them: 10 odd ones, 2 of them (1, 3) static.
+  // Bodies of group 1 collide with each other, except two static ones: 10 odd ones, 2 of them (1, 3) static.
   CHECK(report.execution.candidate_pairs == 10 * 9 / 2 - 1);
   CHECK(report.colliding_pairs == 10 * 9 / 2 - 1);
   for (const PairResult& pair : pipeline.contacts().pairs) CHECK((pair.a % 2 == 1 && pair.b % 2 == 1));
@@ -345,7 +347,7 @@ TEST_CASE("what stands still is not looked at again, whatever is done to a scene
           case 3:
             if (scene.alive(index)) scene.set_pose(scene.id(index), anywhere());
             break;
-          case 5:  // another body in the same place, with other groups
+          case 5:  // another body in the same slot, with other groups
             if (scene.alive(index)) {
               BodyOptions other = body();
               other.pose = scene.poses()[index];
@@ -364,7 +366,7 @@ TEST_CASE("what stands still is not looked at again, whatever is done to a scene
         }
       }
       if (step % 20 == 12) copy = scene;
-      // The pipeline meets a copy now and then, which was the same once and has lived on.
+      // In some steps the pipeline is given a copy of the scene, once equal, that has changed since.
       if (step % 20 == 15 || step % 20 == 16) {
         for (std::uint32_t i = 0; i < 30; ++i) copy.move(i, anywhere(), Vec3::Zero(), Vec3::Zero());
         std::swap(copy, scene);

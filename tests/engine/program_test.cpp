@@ -1,5 +1,5 @@
-// Runs the program `tandem` as a user's script does. TANDEM_PROGRAM in the environment, or TANDEM_PROGRAM_PATH given by
-// the build, tells where it lies.
+// Runs the program `tandem` like a user's script. Its path is TANDEM_PROGRAM in the environment, or TANDEM_PROGRAM_PATH
+// of the build.
 #include <fcntl.h>
 #include <spawn.h>
 #include <sys/wait.h>
@@ -88,7 +88,7 @@ std::vector<std::string> names_in(const TemporaryFolder& folder) {
   return out;
 }
 
-// A refusal: the status, one line that holds what it must name, no result.
+// Checks a refused request: the status, one line that contains the given names, no result.
 void check_refused(const std::vector<std::string>& arguments, std::initializer_list<std::string> named,
                    int status = 2) {
   const Ended ended = tandem_program(arguments);
@@ -274,7 +274,7 @@ TEST_CASE("program: output that cannot be written fails before or after the work
     check_refused(small_run_with({option, folder.path().string()}), {option, "a directory"});
     check_refused(small_run_with({option, (folder / "no/such/folder").string()}), {option, "No such file"});
     check_refused(small_run_with({option, "/dev/full"}), {option, "/dev/full: No space left on device"}, 1);
-    // The other file was fine, but the run as a whole was not.
+    // The other file could be written, but the run as a whole failed.
     check_refused(small_run_with({option == "--json" ? "--contacts" : "--json", old, option, "/dev/full"}),
                   {option, "/dev/full"}, 1);
   }
@@ -369,13 +369,13 @@ TEST_CASE("program: a record nested too deep is answered with its error, and the
 TEST_CASE("program: input that never ends is refused") {
   check_refused({"run", "/dev/zero"},
                 {"/dev/zero: a pipe, device or growing file that goes on, allowed: at most 512 MiB"});
-  // Its first line never ends: one answer, and no next line.
+  // The first line never ends: one answer, and no next line.
   const Ended zeros = tandem_program({"query", "/dev/zero"});
   CHECK(zeros.status == 1);
   const std::vector<Json> answers = json_lines(zeros.out);
   REQUIRE(answers.size() == 1);
   CHECK(answers[0]["error"] == "a longer line, allowed: at most 512 MiB");
-  // Lines without end, none of which is a record.
+  // Endless lines, none of which is a record.
   const TemporaryFolder folder;
   const std::string err = (folder / "err").string();
   for (const std::string line : {"y", "''"}) {
@@ -405,7 +405,7 @@ TEST_CASE("program: pipes that end are read as files are") {
 }
 
 TEST_CASE("program: a refusal is under 300 characters, however long what it names") {
-  const std::string long_name(400'000 / 4, 'x');  // what an argument may have at most is 128 KiB
+  const std::string long_name(400'000 / 4, 'x');  // the longest argument is 128 KiB
   for (const auto& arguments : std::vector<std::vector<std::string>>{{"run", long_name},
                                                                      {"query", long_name},
                                                                      {long_name},
@@ -424,7 +424,7 @@ TEST_CASE("program: a refusal is under 300 characters, however long what it name
 
 namespace {
 
-// A cube of edge 1 about (x, y, 0) as an OBJ file, or without its last face.
+// A cube of edge 1 about (x, y, 0) as an OBJ file; not closed: without its last face.
 std::string cube(double x, double y, bool closed = true) {
   std::string out;
   for (const double cx : {-0.5, 0.5})
@@ -495,7 +495,7 @@ TEST_CASE("program: clash goes on where it was cut off, and leaves files alone t
     REQUIRE(tandem_program({"clash", in, "--json", "--resume", kept}).out == whole.out);
     REQUIRE(json_lines(read_file(kept)).size() == 6);
   }
-  // What is in the file is not asked again.
+  // Answers in the file are not computed again.
   std::string changed = all;
   const std::size_t at = changed.find("\"distance\":-") + 12;
   changed.replace(at, 2, "7.");  // of 0.3, or of 0.29999999999999982: which pair comes first differs

@@ -1,5 +1,5 @@
-// What readers do with input that is too deep, too long, endless or no text at all: each is refused in one short line,
-// and nothing is taken of it beyond the bounds of input_limits.h.
+// Readers with input that is too deep, too long, endless or not text: each is refused with one short line, and nothing
+// is read beyond the limits of input_limits.h.
 #include <algorithm>
 #include <cctype>
 #include <cstring>
@@ -144,7 +144,7 @@ TEST_CASE("readers: bytes that are no text end in a refusal that is") {
   CHECK(on_one_line("\xc3\xa9\xe2\x82\xac\xf0\x9f\x98\x80") == "\xc3\xa9\xe2\x82\xac\xf0\x9f\x98\x80");
   CHECK(on_one_line("a\nb\x7f\xc2\x85"
                     "c") == "a b  c");
-  // Too long for its character, a surrogate, beyond the last character, cut off, a continuation alone.
+  // Overlong, a surrogate, beyond the last character, truncated, a lone continuation byte.
   CHECK(on_one_line("\xc0\x80\xed\xa0\x80\xf4\x90\x80\x80\xe2\x82\x80x\xbf") == "?????????\xe2\x82\x80x?");
   CHECK(on_one_line("\xe2\x82") == "??");
 }

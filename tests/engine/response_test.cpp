@@ -1,3 +1,4 @@
+// The response: stacks, friction, rolling, momentum, determinism.
 #include "tandem/engine/response.h"
 
 #include <oneapi/tbb/global_control.h>
@@ -26,7 +27,7 @@ namespace {
 
 constexpr double gravity = 9.81;
 
-/// All pairs of the scene, in canonical order, gaps up to `margin` too.
+/// All pairs of the scene, in canonical order, including contacts of negative depth within `margin`.
 ContactList detect(const Scene& scene, double margin) {
   NarrowPhaseOptions options;
   options.margin = margin;
@@ -210,7 +211,8 @@ TEST_CASE("response: a sliding box stops after v^2 / (2 mu g)") {
     run(scene, response, 240);
     const Vec3 moved = scene.pose(box).translation - Vec3(0, 0, 0.1);
     CHECK(moved.head<2>().norm() == Approx(speed * speed / (2 * friction * gravity)).epsilon(0.03));
-    // A cone: straight on, but for the little that unequally loaded corners turn it. A pyramid would give 1.78 or 1.
+    // A cone of friction: the direction stays, except for a small rotation by unequally loaded corners. A pyramid would
+    // give 1.78 or 1.
     CHECK(moved.y() / moved.x() == Approx(0.8 / 0.6).epsilon(0.1));
     CHECK(scene.velocities()[1].norm() < 1e-3);
   }
@@ -241,7 +243,7 @@ TEST_CASE("response: a rolling ball slows down by its rolling resistance, and no
     return scene.velocities()[1].x();
   };
   CHECK(speed_after(0) == Approx(2).epsilon(1e-3));
-  // Torque c m g r against the inertia about the point of contact, 7/5 m r^2.
+  // The torque c m g r against the inertia about the point of contact, 7/5 m r^2.
   CHECK(speed_after(0.1) == Approx(2 - 0.1 * gravity * 5 / 7).epsilon(0.01));
   CHECK(std::abs(speed_after(0.5)) < 1e-3);
 }
@@ -281,7 +283,7 @@ TEST_CASE("response: stacks come to rest, whichever face their patches are cut b
   std::vector<double> of_cans;
   for (int i = 0; i < 9; ++i) of_cans.push_back(still_moving(Shape(Cylinder{0.5, 1}), 1, 4));
   std::sort(of_cans.begin(), of_cans.end());
-  CHECK(of_cans[6] < 1e-3);  // of 3 tons: a millimetre a second
+  CHECK(of_cans[6] < 1e-3);  // with 3 tons: a millimetre a second
 }
 
 TEST_CASE("response: a gap stops a fast body before it touches") {
@@ -292,7 +294,7 @@ TEST_CASE("response: a gap stops a fast body before it touches") {
   scene.set_velocity(box, {0, 0, -6}, Vec3::Zero());
   Response response;
   const Run result = run(scene, response, 2);
-  CHECK(result.deepest < 2e-3);  // 0.1 m a step without looking ahead
+  CHECK(result.deepest < 2e-3);  // 0.1 m a step without a margin
   CHECK(scene.pose(box).translation.z() == Approx(0.5).margin(5e-3));
 }
 
@@ -333,7 +335,8 @@ TEST_CASE("response: what collides in free space keeps its momentum and gains no
   const double scale = before.linear.norm() + std::sqrt(before.energy * 1000);
   CHECK(contacts > 200);
   CHECK((after.linear - before.linear).norm() < 1e-9 * scale);
-  // Contact arms are those of the step's beginning: the angular momentum is kept as far as bodies move in a step.
+  // Contact arms are those of the beginning of the step: the angular momentum is conserved except for the motion within
+  // a step.
   CHECK((after.angular - before.angular).norm() < 0.02 * scale);
   CHECK(after.energy < before.energy);
   CHECK(after.energy < 0.7 * before.energy);
@@ -343,7 +346,7 @@ TEST_CASE("response: a body turning freely keeps its angular momentum and nearly
   Scene scene;
   scene.gravity.setZero();
   const BodyId box = add(scene, Shape(Box{{1, 0.6, 0.2}}), {});
-  scene.set_velocity(box, Vec3::Zero(), {0.1, 3, 0.1});  // about the middle axis: it tumbles
+  scene.set_velocity(box, Vec3::Zero(), {0.1, 3, 0.1});  // about the intermediate axis: it tumbles
   const Momenta before = momenta(scene);
   Response response;
   double most = 0, least = 1e300, lowest_y = 1;
@@ -478,7 +481,7 @@ TEST_CASE("a sum of energies does not depend on their order, and is exact") {
     halves.add(sum(std::span(numbers).subspan(700)));
     CHECK(halves.value() == all);
   }
-  CHECK(sum(std::array{0x1p53, 1.0, 1.0}).value() == 0x1p53 + 2);  // one after the other: 2^53
+  CHECK(sum(std::array{0x1p53, 1.0, 1.0}).value() == 0x1p53 + 2);  // added one after the other: 2^53
   CHECK(sum(std::array{5e-324, 5e-324}).value() == 1e-323);
   CHECK(sum(std::vector<double>(1000, 0x1p1000)).value() == 1000 * 0x1p1000);
   CHECK(std::isinf(sum(std::array{1.0, std::numeric_limits<double>::quiet_NaN()}).value()));

@@ -1,3 +1,4 @@
+// Scene files: reading, writing, errors.
 #include "tandem/formats/scene_file.h"
 #include "formats/scene_json.h"
 
@@ -156,7 +157,7 @@ TEST_CASE("scene file: a built-in scene that was written detects the same, bit f
     CAPTURE(builtin.name);
     Scene made = make_builtin_scene(builtin.name, std::min<std::size_t>(builtin.bodies, 60));
     Scene read = scene_of(written(made));
-    const bool same_text = written(read) == written(made);  // apart: the text is too long to show
+    const bool same_text = written(read) == written(made);  // as a variable, since the text is too long to print
     CHECK(same_text);
     Pipeline first(sequential()), second(sequential());
     Response first_response, second_response;

@@ -1,4 +1,4 @@
-// Queries of a scene against a plain loop over its bodies.
+// Queries of a scene, compared with a plain loop over its bodies.
 #include "tandem/engine/scene_queries.h"
 
 #include <oneapi/tbb/global_control.h>
@@ -55,7 +55,7 @@ struct World {
     return (f.group & scene.masks()[i]) != 0 && (f.mask & scene.groups()[i]) != 0 &&
            std::find(f.ignore.begin(), f.ignore.end(), body) == f.ignore.end() && (!f.admits || f.admits(body));
   }
-  /// The answer of each body that is admitted, by index.
+  /// The answer for each admitted body, by index.
   std::vector<Hit> all(const Shape& shape, const Pose& pose, const QueryFilter& filter, Request request) const {
     const NarrowPhase narrow;
     std::vector<Hit> hits;
@@ -201,7 +201,7 @@ TEST_CASE("queries of a scene: a body that asks stands where the last update saw
   queries.hits(asks, touched);
   CHECK(queries.collides(asks));
   CHECK(touched == std::vector{other});
-  // One that has gone asks as long as the copy has it.
+  // A removed body can query while the copy has it.
   scene.remove_body(asks);
   CHECK(queries.collides(asks));
   queries.update(scene);
@@ -444,7 +444,7 @@ TEST_CASE("configurations: poses that are made when they are looked at give the 
   queries.clearance(links, when_needed, self, clearances_meanwhile);
   CHECK(clearances == clearances_meanwhile);
   const SceneQueries of_lying(world.scene), of_made(world.scene);
-  tbb::task_arena one_thread(1);  // as memory is a thread's
+  tbb::task_arena one_thread(1);  // since memory belongs to threads
   one_thread.execute([&] {
     of_lying.clearance(links, poses, self, clearances);
     of_made.clearance(links, when_needed, self, clearances);
@@ -591,7 +591,7 @@ TEST_CASE("configurations: what the deadline or a stop leaves out is unknown, ne
 
 namespace {
 
-/// Ends at a given glance, and counts what is done between two glances and after the last.
+/// A limit that ends at a given check, and counts the work between two checks and after the last.
 struct CountedLimit {
   WorkLimit limit;
   QueryFilter filter;
@@ -669,7 +669,7 @@ TEST_CASE("queries: the limit is looked at every few bodies, and nothing is begu
   CHECK(counted.most <= 64);
   tbb::task_arena(1).execute([&] {
     for (const std::size_t at : {1, 20}) {
-      // After the glance that ends it: one of each block that is under way, nothing of a body.
+      // After the check that ends it: one check for each block under way, no work on a body.
       const auto ended = [&] { return counted.after == 0 && counted.looks <= at + 2; };
       counted.begin(at);
       queries.check(links, poses, {}, verdicts, options);
@@ -715,7 +715,7 @@ TEST_CASE("queries: a filter may ask the same scene of its own") {
 
 TEST_CASE("queries: a stop and the limit reach into pairs of meshes, and nothing of them is told") {
   Scene scene;
-  Mesh grid;  // a sheet of many triangles
+  Mesh grid;  // a grid of many triangles
   constexpr std::uint32_t n = 120;
   for (std::uint32_t i = 0; i <= n; ++i)
     for (std::uint32_t j = 0; j <= n; ++j) grid.vertices.emplace_back(i, j, std::sin(0.3 * i) * std::cos(0.2 * j));
@@ -736,7 +736,7 @@ TEST_CASE("queries: a stop and the limit reach into pairs of meshes, and nothing
   std::stop_source stop;
   BatchOptions options;
   options.stop = stop.get_token();
-  // The filter is asked last before the pair is begun.
+  // The filter is the last callback before the pair is begun.
   options.filter.admits = [&](BodyId) { return stop.request_stop(), true; };
   queries.check(links, std::vector<Pose>{through}, {}, verdicts);
   CHECK(verdicts[0] == Verdict::hit);
@@ -807,7 +807,7 @@ TEST_CASE("queries: the limit ends the making of a mesh's hull, too") {
       [&](const SceneQueries& q, const Shape& s) { q.first_hits(std::span(&s, 1), poses, {}, first); },
       [&](const SceneQueries& q, const Shape& s) { q.clearance(std::span(&s, 1), poses, {}, distances); }};
   const auto unknown = [](Verdict v) { return v == Verdict::unknown; };
-  constexpr int within_hull = 4;  // glances: a hull of 1,800 points takes more
+  constexpr int within_hull = 4;  // checks: a hull of 1,800 points takes more
   int looks = 0;
   WorkLimit limit;
   limit.ended = [&] { return ++looks >= within_hull; };

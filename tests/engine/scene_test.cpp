@@ -1,3 +1,4 @@
+// Scenes: bodies, shapes, changes, memory.
 #include "tandem/engine/scene.h"
 
 #include <cmath>
@@ -284,7 +285,7 @@ TEST_CASE("scene: the mesh of a shape and of its rounded one is counted once") {
   Scene one, two;
   one.add_shape(mesh);
   two.add_shape(mesh);
-  two.add_shape(mesh.rounded(0.1));  // makes parts that the two share
+  two.add_shape(mesh.rounded(0.1));  // creates data that the two share
   CHECK(one.memory().shapes > mesh.memory());
   CHECK(two.memory().shapes > one.memory().shapes);
   CHECK(two.memory().shapes < one.memory().shapes + mesh.memory() / 2);
@@ -292,13 +293,13 @@ TEST_CASE("scene: the mesh of a shape and of its rounded one is counted once") {
 
 TEST_CASE("scene: bodies and shapes that come one by one take little more room than they fill") {
   Scene scene;
-  for (int i = 0; i < 4200; ++i) {  // shortly after lists that double have done so
+  for (int i = 0; i < 4200; ++i) {  // shortly after doubling lists have grown
     BodyOptions body;
     body.shape = scene.add_shape(Sphere{1 + 0.001 * i});
     body.pose.translation.x() = 3.0 * i;
     scene.add_body(body);
   }
-  const Scene copy = scene;  // its lists are as long as what they hold
+  const Scene copy = scene;  // its lists have no spare capacity
   CHECK(static_cast<double>(scene.memory().bodies) < 1.3 * static_cast<double>(copy.memory().bodies));
   CHECK(static_cast<double>(scene.memory().shapes) < 1.3 * static_cast<double>(copy.memory().shapes));
 }

@@ -1,3 +1,4 @@
+// The built-in scenes.
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -31,7 +32,7 @@ double volume(const Mesh& mesh) {
   return six_volumes / 6;
 }
 
-/// Every directed edge occurs once, and so does its reverse; no triangle is without area; no vertex is spare.
+/// Every directed edge occurs once, and so does its reverse; no triangle is degenerate; all vertices are used.
 void check_watertight(const Mesh& mesh) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
   std::vector<bool> used(mesh.vertices.size());
@@ -242,7 +243,7 @@ TEST_CASE("scenes: name, size and seed make the scene; another seed another one"
   }
 }
 
-// A golden number: the same on every machine, compiler and level of optimisation.
+// A known number: the same on every machine, compiler and level of optimisation.
 TEST_CASE("scenes: the same bits everywhere") {
   std::uint64_t hash = 0xcbf29ce484222325u;
   const auto add = [&](double x) {
@@ -284,7 +285,7 @@ TEST_CASE("scenes: bodies start apart") {
                 .collide;
       }
     CHECK(colliding == 0);
-    if (known.name == "screws-in-bowl") CHECK(near > 0);  // the bowl's box holds the bodies: something was asked
+    if (known.name == "screws-in-bowl") CHECK(near > 0);  // the bowl's box contains the bodies: some pairs were tested
   }
 }
 

@@ -1,3 +1,4 @@
+// Built-in scenes after some steps.
 #pragma once
 #include <string_view>
 

@@ -1,3 +1,4 @@
+// Shapes and poses as JSON.
 #include "formats/shape_json.h"
 
 #include <bit>
@@ -129,7 +130,7 @@ TEST_CASE("shape JSON: bad meshes are refused") {
   CHECK(refusal_of_shape(R"({"kind":"mesh","vertices":[],"triangles":[]})") ==
         "/vertices: [], allowed: one or more points [x, y, z]");
   CHECK_THAT(refusal_of_shape(R"({"kind":"mesh","file":"a.obj","vertices":[]})"), Catch::Contains("both file and"));
-  // Open, so it has no inside.
+  // Open, so it has no interior.
   CHECK_FALSE(
       refusal_of_shape(R"({"kind":"mesh","solid":true,"vertices":[[0,0,0],[1,0,0],[0,1,0]],"triangles":[[0,1,2]]})")
           .empty());

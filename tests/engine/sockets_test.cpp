@@ -1,4 +1,4 @@
-// Parts of one's own in a pipeline: broad phase, executor, cost model.
+// User-defined parts of a pipeline: broad phase, executor, cost model.
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
 
@@ -15,7 +15,7 @@ using namespace tandem;
 
 namespace {
 
-/// All pairs by a double loop, a row a block; and what a wrong one may put.
+/// All pairs by a double loop, a row a block; and pairs that a wrong method may put.
 class Plain final : public BroadPhase {
  public:
   std::function<void(std::size_t block, PairSink& sink)> more;
@@ -36,7 +36,7 @@ class Plain final : public BroadPhase {
   const BoxArray* boxes_ = nullptr;
 };
 
-/// The stages one after the other; the last one's blocks by two sinks in turn, from the last to the first.
+/// Runs the stages one after the other; the blocks of the last one with two sinks in turn, from the last to the first.
 class Backwards final : public Executor {
  public:
   std::function<void(ContactList&)> spoil;
@@ -59,7 +59,7 @@ class Backwards final : public Executor {
   Joiner joiner_;
 };
 
-/// Bodies move on and all pipelines look: each must see what the first one sees.
+/// Moves the bodies and runs all pipelines: each must find what the first one finds.
 std::size_t require_same(Scene scene, std::vector<Pipeline>& all, int steps) {
   Response response;
   std::size_t pairs = 0;
@@ -141,7 +141,7 @@ TEST_CASE("sockets: what an own broad phase puts wrongly ends the step by a mess
       const std::string name = '(' + std::to_string(twice.a) + ", " + std::to_string(twice.b) + ')';
       CHECK(refused([&](std::size_t, PairSink& sink) { sink.put(twice.b, twice.a); }) ==
             "own_broad_phase: put the pair " + name + " twice, allowed: each pair once");
-      // Of two that are far apart no list tells; where answers are kept, two threads might be at what is kept of them.
+      // Far apart pairs are on no list; with kept answers, two threads might access the same data.
       if (keep == 0) continue;
       CHECK(refused([](std::size_t, PairSink& sink) {
               sink.put(1, 40);

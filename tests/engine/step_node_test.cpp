@@ -1,3 +1,4 @@
+// A step as a node of a flow graph, with a stream of batches.
 #include "tandem/engine/step_node.h"
 
 #include <oneapi/tbb/task_group.h>
@@ -14,7 +15,7 @@ using namespace tandem;
 
 namespace {
 
-// Batches put together, and the list that they must be.
+// The collected batches, and the list that they must equal.
 struct Gathered {
   std::mutex mutex;
   std::vector<ContactList> batches;

@@ -1,3 +1,4 @@
+// A temporary folder for a test.
 #pragma once
 #include <unistd.h>
 
@@ -9,7 +10,7 @@
 
 namespace tandem {
 
-/// An empty folder of its own, removed at the end.
+/// A new empty folder, removed at the end.
 class TemporaryFolder {
  public:
   TemporaryFolder() {
@@ -26,7 +27,7 @@ class TemporaryFolder {
 
   std::filesystem::path operator/(std::string_view name) const { return path_ / name; }
   const std::filesystem::path& path() const { return path_; }
-  /// Makes the file and tells its path.
+  /// Writes the file and returns its path.
   std::filesystem::path write(std::string_view name, std::string_view text) const {
     std::ofstream(path_ / name, std::ios::binary) << text;
     return path_ / name;

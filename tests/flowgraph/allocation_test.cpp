@@ -1,3 +1,4 @@
+// Executors when allocations fail, and that allocate nothing once warm.
 #include <atomic>
 #include <cstdlib>
 #include <new>
@@ -36,7 +37,7 @@ TEST_CASE("whichever allocation of a step fails, it ends with bad_alloc or is ri
           {.kind = kind, .threads = 2, .batches = {.pairs = 64}, .sharing = {.form = form, .short_step_ms = 0}});
       ContactList contacts;
       ExecutionReport report;
-      // The threads of the baseline start with the first step; the failures are to hit the steps after it.
+      // The threads of the baseline start with the first step; the failures are to hit later steps.
       executor->run(work, contacts, report, {}, nullptr);
       contacts = {};
       work.on_tile = [&](std::size_t tile) {
@@ -70,14 +71,14 @@ TEST_CASE("a step whose load was there before allocates nothing") {
         const auto executor =
             make_executor({.kind = kind, .threads = threads, .sharing = {.form = form, .short_step_ms = 0}});
         ContactList contacts;
-        std::uint64_t least = UINT64_MAX;  // sizes of batches go with measured times: a slow step may want more of them
+        std::uint64_t least = UINT64_MAX;  // batch sizes depend on measured times: a slow step may need more batches
         for (int step = 0; step < 60; ++step) {
           ExecutionReport report;
           const std::uint64_t before = allocations.load();
           executor->run(work, contacts, report, {}, nullptr);
           if (step >= 20) least = std::min(least, allocations.load() - before);
         }
-        // oneTBB's loops take what they need from pools of their own, but for one that keeps a writer a thread.
+        // oneTBB's loops use pools of their own, except the one that keeps a writer for each thread.
         const bool loop = kind == ExecutorKind::barrier && threads > 1 && form == StepForm::overlapped;
         CHECK(least <= (loop ? 2 : 0));
       }

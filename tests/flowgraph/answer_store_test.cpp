@@ -1,3 +1,4 @@
+// Stores of answers by threads.
 #include "answers/answer_store.h"
 
 #include <algorithm>
@@ -13,7 +14,7 @@ using namespace tandem;
 
 namespace {
 
-/// Puts results begin ... end - 1 of one writer where the store says, a few at a time.
+/// Puts results begin ... end - 1 of one writer into the store, a few at a time.
 void write(AnswerStore& store, std::uint32_t writer, std::uint32_t begin, std::uint32_t end) {
   constexpr std::uint32_t at_once = 7;
   for (std::uint32_t first = begin; first < end; first += at_once) {
@@ -41,7 +42,7 @@ TEST_CASE("answer store: many threads at once, more than it has slots for, each 
           write(store, static_cast<std::uint32_t>(i), 10, 310);
         });
     }
-    // Every result once, in chunks that are one thread's each.
+    // Every result once, in chunks of one thread each.
     std::set<std::uint64_t> seen;
     std::set<const AnswerChunk*> chunks;
     for (const AnswerChunk* chunk : store.taken()) {
@@ -62,10 +63,10 @@ TEST_CASE("answer store: a thread goes through its chunk, and comes back to it i
   first.results.resize(100);
   CHECK(&store.room(100) == &first);
   first.results.resize(200);
-  AnswerChunk& second = store.room(100);  // does not hold 100 more
+  AnswerChunk& second = store.room(100);  // has no room for 100 more
   CHECK(&second != &first);
   CHECK(second.results.empty());
-  second.results.resize(1000);  // a batch may be larger than a chunk is meant to be
+  second.results.resize(1000);  // a batch may exceed the intended size of a chunk
   CHECK(&store.room(1) != &second);
   CHECK(store.taken().size() == 3);
   store.begin();

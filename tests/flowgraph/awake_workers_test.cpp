@@ -1,3 +1,4 @@
+// Workers that stay awake between steps.
 #include "flowgraph/executors/awake_workers.h"
 
 #include <oneapi/tbb/global_control.h>
@@ -51,7 +52,7 @@ TEST_CASE("awake workers: what they took is told, and nothing where none was ask
   for (const double microseconds : {0.0, longest_awake}) {
     const auto executor = make_executor(awake(2, microseconds));
     double told_ms = 0;
-    // On a machine that others use a worker may come too late for some steps.
+    // On a busy machine a worker may come too late for some steps.
     const int steps = microseconds == 0 ? 20 : 2000;
     for (int step = 0; step < steps && told_ms == 0; ++step) {
       ContactList contacts;
@@ -81,7 +82,7 @@ TEST_CASE("awake workers: an executor ends while they are awake, and while its s
       CHECK(hash(contacts) == expected);
     }
   }
-  CHECK(Clock::now() - begin < 50 * 100ms);  // none waited for the end of its time
+  CHECK(Clock::now() - begin < 50 * 100ms);  // none waited until its time was over
 }
 
 TEST_CASE("awake workers: an exception or a stop leaves them and the next step as they should be") {
@@ -120,7 +121,7 @@ TEST_CASE("awake workers: a host's limit of one thread leaves none awake, also i
   for (int step = 0; step < 10; ++step) run();
   allow.emplace(tbb::global_control::max_allowed_parallelism, 1);
   run();
-  // One that the machine took its core from while it was awake ends, and is told, some steps later.
+  // A worker that lost its core while awake ends, and is reported, some steps later.
   bool awake = true;
   for (int step = 0; step < 2000 && awake; ++step) {
     const ExecutionReport report = run();

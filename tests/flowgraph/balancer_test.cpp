@@ -1,3 +1,4 @@
+// The balancing of threads.
 #include "measurement/balancer.h"
 
 #include <algorithm>
@@ -10,7 +11,7 @@ using namespace tandem;
 
 namespace {
 
-/// A machine on paper: the step lasts as long as the phase that its threads serve worse.
+/// A model of a machine: a step lasts as long as the phase that its threads serve worse.
 ExecutionReport measured(Split split, double broad_work, double narrow_work) {
   ExecutionReport report;
   report.split = split;

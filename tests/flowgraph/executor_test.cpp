@@ -1,3 +1,4 @@
+// All executors on synthetic work: answers, exceptions, stops, reports.
 #include "tandem/flowgraph/executor.h"
 
 #include <oneapi/tbb/global_control.h>
@@ -27,7 +28,7 @@ using namespace tandem;
 
 namespace {
 
-// A small machine caps oneTBB at its core count; without this the cases of more threads test nothing new.
+// A small machine limits oneTBB to its number of cores; without this the cases of more threads would test nothing new.
 struct ManyThreads {
   tbb::global_control allow{tbb::global_control::max_allowed_parallelism, 16};
 };
@@ -42,7 +43,7 @@ std::vector<Split> splits(int threads) {
   return all;
 }
 
-/// What a step of several threads may be like.
+/// The variants of a step on several threads.
 struct Variant {
   bool strict;
   StepForm form;
@@ -228,7 +229,7 @@ TEST_CASE("a hundred runs with a moving balance have one hash") {
       ContactList contacts;
       int different = 0;
       for (int run = 0; run < 100; ++run) {
-        // The load turns round every 20 steps, so that threads do move.
+        // The load changes sides every 20 steps, so that threads do move.
         work.on_tile = nullptr;
         work.on_pair = nullptr;
         if (run / 20 % 2 == 0)
@@ -423,7 +424,7 @@ TEST_CASE("a predicate that uses oneTBB itself neither hangs nor re-enters a til
   std::atomic<int> inner{0}, calls{0};
   work.on_keep = [&](std::span<Pair> pairs) {
     if (calls.fetch_add(1) % 8 != 0) return pairs.size();
-    // Long enough that the one who waits looks around for other tasks.
+    // Long enough that the waiting thread looks for other tasks.
     tbb::parallel_for(0, 8, [&](int) {
       std::this_thread::sleep_for(std::chrono::microseconds(50));
       inner.fetch_add(1);
@@ -493,7 +494,7 @@ TEST_CASE("a small step stays on the caller and says so") {
 TEST_CASE("on the caller alone batches are as large as they may be, whatever a pair costs") {
   const ManyThreads many;
   SyntheticWork work(400, 6.0f, 5);
-  work.on_pair = [](Pair) {  // of which fewer than 64 would make a batch to hand on
+  work.on_pair = [](Pair) {  // fewer than 64 would make a batch to hand on
     for (const auto end = std::chrono::steady_clock::now() + std::chrono::microseconds(2);
          std::chrono::steady_clock::now() < end;) {
     }
@@ -538,8 +539,8 @@ TEST_CASE("what one thread does while no other can take a part is told by phase"
     for (const StepForm form : {StepForm::overlapped, StepForm::ordered, StepForm::caller}) {
       CAPTURE(name(kind), name(form));
       const auto executor = make_executor({.kind = kind, .threads = 2, .sharing = {.form = form, .short_step_ms = 0}});
-      double update = 1e300, join = 1e300;  // the least: a thread that is held up while it opens a stage counts
-      // On a machine that others use more steps may pass until none is held up.
+      double update = 1e300, join = 1e300;  // the minimum, since a thread may be held up while it opens a stage
+      // On a busy machine more steps may pass until none is held up.
       for (int step = 0; step < 5 || (step < 500 && form != StepForm::caller && (update >= 1 || join >= 1)); ++step) {
         ContactList contacts;
         ExecutionReport report;
@@ -647,7 +648,7 @@ TEST_CASE("threads without work of their own phase go on with the other's, unles
                                            .balance = {.split = {2, 2}, .strict = strict},
                                            .batches = {.pairs = 32},
                                            .sharing = {.form = StepForm::overlapped, .short_step_ms = 0}});
-      // On a machine that others use a worker may come too late for some steps.
+      // On a busy machine a worker may come too late for some steps.
       for (int step = 0; step < 3 || (step < 500 && !strict && most <= 2); ++step) {
         at_tiles.clear();
         at_pairs.clear();

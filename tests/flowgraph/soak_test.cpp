@@ -1,3 +1,4 @@
+// Executors over many steps with random options and failures.
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/info.h>
 #include <oneapi/tbb/task_group.h>
@@ -22,13 +23,13 @@ namespace {
 
 constexpr std::uint64_t default_steps = 1000;
 
-/// TANDEM_SOAK_STEPS asks for more.
+/// The environment variable TANDEM_SOAK_STEPS.
 std::uint64_t steps_asked_for() {
   const char* text = std::getenv("TANDEM_SOAK_STEPS");
   return text != nullptr ? std::strtoull(text, nullptr, 10) : default_steps;
 }
 
-/// Resident memory in bytes; 0 where the system does not tell.
+/// Resident memory in bytes; 0 if unknown.
 double resident() {
   std::ifstream file("/proc/self/statm");
   double total = 0, pages = 0;
@@ -108,7 +109,7 @@ class Soak {
       default:
         break;
     }
-    ContactList& contacts = contacts_;  // with what the last step left in it
+    ContactList& contacts = contacts_;  // with the contents of the last step
     ExecutionReport report;
     bool thrown = false;
     const auto run = [&] {
@@ -193,8 +194,8 @@ TEST_CASE("soak: whatever is resized, thrown, stopped or cancelled, no pair is l
   CHECK(counts.thrown > steps / 50);
   CHECK(counts.stopped > steps / 100);
   CHECK(counts.cancelled > steps / 200);
-  // Executors with other threads and loads come and go: their memory varies, but does not add up. The thread sanitizer
-  // keeps a history of all that was touched, which does.
+  // Executors with other threads and loads are made and destroyed: their memory varies, but must not grow. The thread
+  // sanitizer keeps a history of all accesses, which grows.
 #if !defined(__SANITIZE_THREAD__)
   CHECK(grown < 64e6);
 #endif

@@ -1,3 +1,4 @@
+// The choice of a step's form.
 #include <oneapi/tbb/global_control.h>
 
 #include <algorithm>
@@ -14,7 +15,7 @@ using namespace tandem;
 
 namespace {
 
-/// Steps that cost what `ms` says of a form.
+/// Steps with a given cost for each form.
 class Steps {
  public:
   explicit Steps(double small_ms = 0.3, bool can_order = true, double join_share = 0.1, double heavy_share = 0,
@@ -68,7 +69,7 @@ TEST_CASE("step form: a gain within the noise changes nothing, and the caller ne
   Steps shared(0);
   for (int i = 0; i < 300; ++i) shared.step(1, 1, 0.98);
   CHECK(shared.next() == StepForm::overlapped);
-  // What has been shared for long goes back soon, if it was for a gain that is gone.
+  // A form shared for long is given up soon when its gain is gone.
   for (const int long_time : {600, 800, 1000, 1200}) {
     CAPTURE(long_time);
     Steps steps;
@@ -125,12 +126,12 @@ TEST_CASE("step form: another load is looked at anew") {
   int i = 0;
   for (; i < 50 && (steps.next() != StepForm::ordered || i < 10); ++i) steps.step(1.6, 1.0, 0.9, 3000);
   CHECK(i < 20);
-  // More than some work is shared at once, whatever was measured.
+  // Beyond some work steps are shared at once, whatever was measured.
   for (int k = 0; k < 300; ++k) steps.step(0.4, 0.6, 0.5, 1000);
   REQUIRE(steps.next() == StepForm::caller);
   steps.step(8, 5, 4, 1000);
   CHECK(steps.next() != StepForm::caller);
-  // So it is if that comes while another form is tried.
+  // Also if that happens during a trial of another form.
   Steps trying;
   int k = 0;
   for (; k < 300 && (k < 10 || trying.next() == StepForm::caller); ++k) trying.step(0.4, 0.6, 0.5);

@@ -1,3 +1,4 @@
+// Synthetic work for executors.
 #pragma once
 #include <algorithm>
 #include <atomic>
@@ -62,7 +63,7 @@ class SyntheticWork final : public StepWork {
   }
   std::size_t bodies() const override { return boxes_.size(); }
 
-  /// The answer as a double loop gives it.
+  /// The answer by a double loop.
   ContactList expected() const {
     ContactList list;
     for (std::uint32_t a = 0; a < source_.size(); ++a)
@@ -76,7 +77,7 @@ class SyntheticWork final : public StepWork {
   std::function<std::size_t(std::span<Pair>)> on_keep;  // may throw
   std::function<bool(Pair)> is_heavy, is_costliest;
   bool no_tiles = false;
-  std::function<bool()> has_ended;  // as the executor told it
+  std::function<bool()> has_ended;  // set by the executor
 
  private:
   static void answer(Pair pair, std::vector<PairResult>& results, std::vector<Contact>& contacts) {

@@ -1,4 +1,4 @@
-// A host compiled with flags of its own: steps built-in scenes and writes the hash of each step's contacts, as the program
+// A host compiled with its own flags: steps built-in scenes and prints the hash of each step's contacts, as the program
 // `tandem run` does with --json.
 #include <tandem/engine/builtin_scenes.h>
 #include <tandem/engine/pipeline.h>
@@ -15,7 +15,7 @@ using PrincipalAxes = Eigen::SelfAdjointEigenSolver<tandem::Mat3>;
 
 }  // namespace
 
-// A function that tandem uses, too, as this host's flags might have made it: entirely wrong.
+// A function that tandem uses, too, as this host's flags might have compiled it: deliberately wrong.
 template <>
 void Eigen::internal::direct_selfadjoint_eigenvalues<PrincipalAxes, 3, false>::run(PrincipalAxes&,
                                                                                 const tandem::Mat3&, int) {

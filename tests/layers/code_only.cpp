@@ -1,3 +1,4 @@
+// Removes comments and texts from C++ sources.
 #include "code_only.h"
 
 #include <algorithm>

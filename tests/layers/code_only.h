@@ -1,4 +1,4 @@
-// A C++ source without what the compiler does not read as code: for tests that read sources.
+// C++ sources without comments and texts, for tests that read sources.
 #pragma once
 
 #include <filesystem>
@@ -6,12 +6,11 @@
 #include <string_view>
 #include <vector>
 
-/// The text with comments and what stands between quotes as blanks: every other character stays where it was, and so do
-/// the ends of lines.
+/// The source with comments and quoted texts as blanks: all other characters keep their positions, and so do line ends.
 std::string code_only(std::string_view text);
 
-/// The headers and sources in folders of a root, those that it has, by their path from there, in order.
+/// The headers and sources in folders of a root, as far as these exist, by their relative path, sorted.
 std::vector<std::filesystem::path> sources(const std::filesystem::path& root, const std::vector<std::string>& folders);
 
-/// What a file says. Throws std::runtime_error if it cannot be read.
+/// The text of a file. Throws std::runtime_error if it cannot be read.
 std::string text_of(const std::filesystem::path& file);

@@ -1,3 +1,4 @@
+// Draws the layers of the libraries as SVG.
 #include <algorithm>
 #include <sstream>
 
@@ -20,7 +21,7 @@ std::vector<std::string> wrapped(const std::set<std::string>& words) {
 
 int height_of(const Folder& folder) { return 30 + line_height * static_cast<int>(wrapped(folder.units).size()); }
 
-/// One library, the ground floor at the bottom; returns its height.
+/// Draws a library, the lowest layer at the bottom; returns its height.
 int draw_library(const SourceTree& tree, const std::string& library, int x, int y, std::ostream& out) {
   std::vector<std::size_t> folders;
   for (std::size_t i = tree.folders.size(); i-- > 0;)

@@ -1,4 +1,4 @@
-// Every function of the libraries and the benches fits on a screen, and every line in its width.
+// Checks that functions of the libraries and benches have at most 60 lines, and lines at most 120 columns.
 #include <algorithm>
 #include <cctype>
 #include <exception>
@@ -32,7 +32,7 @@ bool has_word(std::string_view text, std::string_view word) {
   return false;
 }
 
-/// The name before the first parenthesis of what stands before a body.
+/// The name before the first parenthesis of the text before a body.
 std::string name_in(std::string_view head) {
   std::size_t end = head.find('(');
   while (end > 0 && std::isspace(static_cast<unsigned char>(head[end - 1])) != 0) --end;
@@ -41,8 +41,8 @@ std::string name_in(std::string_view head) {
   return std::string(head.substr(begin, end - begin));
 }
 
-/// The functions of a source by their braces: a block outside of any other function, in namespaces and classes alone,
-/// that has parentheses before it, and that is no list of values. Its lines are those from brace to brace.
+/// Finds the functions of a source by their braces: a block outside of any other function, only within namespaces and
+/// classes, preceded by parentheses, and not a list of values. Its lines are those from brace to brace.
 class FunctionFinder {
  public:
   explicit FunctionFinder(std::string_view code) : code_(code) {}
@@ -85,7 +85,7 @@ class FunctionFinder {
     is_function_ = has_parentheses;
     if (has_parentheses) name_ = name_in(head);
   }
-  /// Behind a member's initializer in braces the same function goes on: its head is kept.
+  /// After a member initializer in braces the same function goes on: its head is kept.
   void close() {
     const bool goes_on = is_function_ && goes_on_behind();
     if (is_function_ && !goes_on) found_.push_back({open_line_, line_ - open_line_ + 1, name_});

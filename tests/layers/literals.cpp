@@ -1,4 +1,4 @@
-// Every number up to 1e-2 that a library's code knows stands in a tolerances.h, with its name and reason.
+// Checks that every number up to 1e-2 in the libraries' code is in a tolerances.h, with its name and reason.
 #include <algorithm>
 #include <array>
 #include <cctype>
@@ -20,7 +20,7 @@ namespace {
 const std::vector<std::string> libraries{"narrowphase", "broadphase", "flowgraph", "engine"};
 constexpr double most = 1e-2;
 
-/// Where such numbers may stand: a file, or a folder that ends in /.
+/// Places where such numbers are permitted: a file, or a folder that ends in /.
 struct Exception {
   std::string_view path, reason;
 };
@@ -44,7 +44,7 @@ bool is_word(std::string_view s, std::size_t i) {
   return i < s.size() && (s[i] == '_' || std::isalnum(static_cast<unsigned char>(s[i])) != 0);
 }
 
-/// A preprocessing number: signs belong to it behind an exponent's letter, p where it is hexadecimal. Moves past it.
+/// A preprocessing number: signs belong to it after an exponent's letter, which is p in hexadecimal. Moves past it.
 std::string number_at(std::string_view code, std::size_t& at) {
   const bool hexadecimal = code.substr(at, 2) == "0x" || code.substr(at, 2) == "0X";
   const char exponent = hexadecimal ? 'p' : 'e';

@@ -1,4 +1,4 @@
-// Holds the includes of the libraries against the plan of their folders, and draws them.
+// Compares the includes of the libraries with the plan of their folders, and draws them.
 #include <exception>
 #include <fstream>
 #include <iostream>

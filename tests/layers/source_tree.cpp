@@ -1,3 +1,4 @@
+// Reads the includes of the libraries' sources.
 #include "source_tree.h"
 
 #include <algorithm>
@@ -56,7 +57,7 @@ class Reader {
     const bool is_public = file.string().find("/include/tandem/") != std::string::npos;
     const std::string name = file.filename().string(),
                       with_folder = file.parent_path().filename().string() + "/" + name;
-    // Of two public headers of one name that of an adapter is named with its folder.
+    // Of two public headers with the same name, an adapter's is named with its folder.
     for (const std::string& header : {with_folder, name})
       for (std::size_t i = 0; i < tree_.folders.size(); ++i) {
         const Folder& of_plan = tree_.folders[i];
@@ -67,7 +68,7 @@ class Reader {
     return no_folder;
   }
 
-  /// The file that an include names, by its path from the root; empty if it is none of these libraries'.
+  /// The file that an include names, by its path from the root; empty if it belongs to none of the libraries.
   std::optional<fs::path> resolve(const fs::path& from, const std::string& name) const {
     const std::string library = from.begin()->string();
     std::vector<fs::path> candidates = {from.parent_path() / name, fs::path(library) / name, name};
@@ -117,7 +118,7 @@ class Reader {
     if (to != folder) ++tree_.includes[{folder, to}];
   }
 
-  /// Headers with their sources that include each other in a circle.
+  /// Finds headers, with their sources, that include each other in a cycle.
   void find_circles() {
     std::map<std::string, int> state;  // 1: being visited, 2: done
     std::vector<std::string> path;

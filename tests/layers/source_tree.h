@@ -1,3 +1,4 @@
+// The includes of the libraries' sources, and the plan of their layers.
 #pragma once
 #include <filesystem>
 #include <map>
@@ -13,18 +14,18 @@ struct Folder {
   int lines = 0;
 };
 
-/// What the plan allows and the includes of the sources do.
+/// The plan, and the includes of the sources.
 struct SourceTree {
   std::map<std::string, std::set<std::string>> uses;            ///< libraries that each library may include
-  std::vector<Folder> folders;                                  ///< of each library from the ground up
-  std::map<std::pair<std::size_t, std::size_t>, int> includes;  ///< from folder to folder: how many files
-  std::vector<std::string> faults;                              ///< a line each; empty where the plan is kept
+  std::vector<Folder> folders;                                  ///< of each library from the lowest layer up
+  std::map<std::pair<std::size_t, std::size_t>, int> includes;  ///< from folder to folder: number of files
+  std::vector<std::string> faults;                              ///< a line each; empty if the plan is obeyed
 };
 
-/// Reads the plan and all .h and .cpp files of its libraries below `root`. Throws std::runtime_error where the plan is
-/// no plan.
+/// Reads the plan and all .h and .cpp files of its libraries below `root`. Throws std::runtime_error for an invalid
+/// plan.
 SourceTree read_tree(const std::filesystem::path& plan, const std::filesystem::path& root);
 
-/// A picture of it: a panel a library, a box a folder, an arc for each two folders of which the upper includes the
-/// lower.
+/// An SVG picture: a panel for each library, a box for each folder, an arc for each two folders of which the upper
+/// includes the lower.
 std::string draw_tree(const SourceTree& tree);

@@ -1,3 +1,4 @@
+// Bodies on ranks: owners, copies, changes.
 #include "adapters/mpi/bodies.h"
 
 #include <array>

@@ -1,3 +1,4 @@
+// Checkpoints on ranks.
 #include "tandem/mpi/checkpoint.h"
 
 #include <unistd.h>
@@ -14,7 +15,7 @@ namespace {
 
 constexpr double margin = 0.05;
 
-/// A file of all ranks, gone at the end.
+/// The path of a file shared by all ranks, removed at the end.
 class SharedPath {
  public:
   SharedPath() {
@@ -31,7 +32,7 @@ class SharedPath {
   std::string path;
 };
 
-/// A scene that moves by the response of its ranks.
+/// A scene moved by the response of its ranks.
 struct Run {
   Run(MPI_Comm communicator, const Scene& scene, bool bodies)
       : pipeline(communicator, world::options(1, margin)), response(pipeline, {.threads = 1}) {
@@ -69,7 +70,7 @@ std::string refusal(const std::string& path, const Scene& scene) {
 TEST_CASE("a run goes on from a checkpoint on another number of ranks, the same bits") {
   const Scene scene = make_builtin_scene("cubes-on-plane", 25);
   const SharedPath file;
-  // Written by all, read by one; then the other way round.
+  // Written by all, read by one; then the reverse.
   for (const bool all_write : {true, false}) {
     CAPTURE(all_write);
     std::vector<std::uint64_t> expected, found;

@@ -1,4 +1,4 @@
-// A rank that fails, in one of several ways, in the midst of a run: fault HOW, by 3 ranks. The job must end at once.
+// A rank that fails, in one of several ways, in the middle of a run: fault HOW, on 3 ranks. The job must end at once.
 #include <mpi.h>
 #include <unistd.h>
 
@@ -42,5 +42,5 @@ int main(int count, char* arguments[]) {
     return 1;
   }
   MPI_Finalize();
-  return 0;  // it should not have come so far
+  return 0;  // not reached
 }

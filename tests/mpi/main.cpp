@@ -1,4 +1,4 @@
-// Runs the tests on all ranks: what is wrong on one is wrong.
+// Runs the tests on all ranks: a failure on one is a failure.
 #define CATCH_CONFIG_RUNNER
 #include <mpi.h>
 #include <oneapi/tbb/global_control.h>
@@ -17,7 +17,8 @@ int main(int argc, char* argv[]) {
   MPI_Comm_rank(MPI_COMM_WORLD, &rank);
   int failed = 0;
   {
-    // A small machine caps oneTBB at its core count; without this cases of more threads test nothing new.
+    // A small machine limits oneTBB to its number of cores; without this the cases of more threads would test nothing
+    // new.
     const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
     std::ostringstream quiet;
     std::streambuf* const out = std::cout.rdbuf();

@@ -1,3 +1,4 @@
+// Detection on ranks, compared with one machine.
 #include "tandem/mpi/pipeline.h"
 
 #include <array>
@@ -11,7 +12,7 @@ using mpi::GlobalId;
 
 namespace {
 
-/// A built-in scene as one machine runs it: rank 0 computes, all are told.
+/// A built-in scene on one machine: rank 0 computes, all ranks get the results.
 class Reference {
  public:
   explicit Reference(std::string_view name, double keep)
@@ -23,7 +24,7 @@ class Reference {
                                        .answer = {.margin = margin, .keep_contacts = keep, .contact_hash = true}});
       };
       begin();
-      for (int step = 0; step < 25; ++step) {  // until they have fallen on each other
+      for (int step = 0; step < 25; ++step) {  // until they have fallen onto each other
         alone_->step(scene);
         response_.step(scene, alone_->contacts());
       }
@@ -105,7 +106,7 @@ void compare_with_one(double keep) {
     CAPTURE(builtin.name);
     Reference one(builtin.name, keep);
     Scene& scene = one.scene;
-    // Of poses from a response: add_body makes them orthonormal, as set_pose does.
+    // For poses of a response: add_body makes them orthonormal, as set_pose does.
     for (std::uint32_t i = 0; i < scene.indices(); ++i) scene.set_pose(scene.id(i), scene.poses()[i]);
     std::vector<std::unique_ptr<mpi::Pipeline>> pipelines;
     for (const int threads : {1, 2}) {
@@ -141,7 +142,7 @@ void compare_with_one(double keep) {
         copies += report.copies;
       }
       one.respond();
-      // By the owner at once in even steps, by any rank in odd ones.
+      // Immediately by the owner in even steps, by any rank in odd ones.
       for (const auto& pipeline : pipelines)
         for (std::uint32_t i = 0; i < scene.indices(); ++i) {
           if (scene.is_static()[i] != 0) continue;
@@ -154,12 +155,12 @@ void compare_with_one(double keep) {
             pipeline->set_pose(i, scene.poses()[i]);
           }
         }
-      // What a response gives is not orthonormal to the last bit, what set_pose takes becomes so.
+      // A pose of a response is not orthonormal to the last bit; set_pose makes it so.
       if (step % 2 == 1)
         for (std::uint32_t i = 0; i < scene.indices(); ++i)
           if (scene.is_static()[i] == 0) scene.set_pose(scene.id(i), scene.poses()[i]);
     }
-    // A test on nothing would pass too.
+    // A test on nothing would pass, too.
     if (builtin.name != "falling-apart") CHECK(contacts > 100);
     if (keep > 0 && builtin.name != "falling-apart") CHECK(kept > 10);
     if (world::ranks() > 1) {
@@ -181,8 +182,8 @@ TEST_CASE("every built-in scene: kept contacts go with their pairs from rank to 
 
 namespace {
 
-/// A scene that lives: all ranks draw the same random numbers, one of them does each thing. `alone`, a pipeline of this
-/// rank alone, lives through the same.
+/// A changing scene: all ranks draw the same random numbers, and one of them makes each change. `alone`, a pipeline of
+/// this rank alone, gets the same changes.
 class Life {
  public:
   Life(unsigned seed, mpi::Pipeline& pipeline, mpi::Pipeline* alone = nullptr)
@@ -198,13 +199,13 @@ class Life {
     doing([&](mpi::Pipeline& to) { to.add_body(7, bodies_[7]); });
   }
 
-  /// Some things happen.
+  /// Makes some changes.
   void go() {
     for (int i = 0; i < 12; ++i) happen();
     changed_.clear();
   }
 
-  /// What one machine finds: bodies in the order of their ids.
+  /// The expected contacts of one machine: bodies sorted by their ids.
   mpi::GatheredContacts expected(double margin) const {
     Scene scene;
     std::vector<ShapeId> own;
@@ -229,7 +230,7 @@ class Life {
     const Quat q(number(-1, 1), number(-1, 1), number(-1, 1), number(-1, 1));
     return Pose::from(q, {number(-6, 6), number(-3, 3), number(0, 2)});
   }
-  /// So little that answers are kept, or so much that they are moved along.
+  /// By so little that answers are kept, or so much that they are moved along.
   Pose nudged(Pose pose) {
     pose.translation += number(-1, 1) * (below(2) == 0 ? 1e-7 : 1e-4) * Vec3::Ones();
     return pose;
@@ -240,7 +241,7 @@ class Life {
     if (static_cast<int>(below(static_cast<std::size_t>(world::ranks()))) == world::rank()) thing(pipeline_);
     if (alone_ != nullptr) thing(*alone_);
   }
-  /// One that nothing has happened to in this step: ranks' changes of one body would come in the order of ranks.
+  /// A body without a change in this step: ranks' changes of one body would come in the order of ranks.
   GlobalId any() {
     for (int tries = 0; tries < 100; ++tries) {
       const auto at = std::next(bodies_.begin(), static_cast<std::ptrdiff_t>(below(bodies_.size())));
@@ -382,7 +383,7 @@ TEST_CASE(
     if (step == 0) sent_at_first = report.bytes_sent;
     if (step == 8) sent_when_calm = report.bytes_sent;
     if (step > 8) moved_away += report.moved_away;
-    // All a little; from the tenth step on some so far that any rank may get them.
+    // All move a little; from the tenth step on some move so far that any rank may get them.
     for (std::uint32_t i = 0; i < 400; ++i) {
       Pose pose = scene.poses()[i];
       pose.translation += Vec3(number(-1, 1), number(-1, 1), number(-1, 1)) * 0.002;
@@ -401,7 +402,7 @@ TEST_CASE(
 
 namespace {
 
-/// The text of the error that a step throws on every rank, the same one; empty: none.
+/// The message of the error that a step throws on every rank, the same on all; empty: none.
 std::string failure(mpi::Pipeline& pipeline) {
   std::string text;
   try {

@@ -1,3 +1,4 @@
+// When regions are cut anew.
 #include "adapters/mpi/rebalancer.h"
 
 #include "world.h"
@@ -6,7 +7,7 @@ using namespace tandem;
 
 namespace {
 
-// Steps until something is decided; no step counts costs but the first and those before a cut.
+// Runs steps until a decision; no step counts costs except the first and those before a cut.
 BalanceAction next_action(mpi::Rebalancer& rebalancer, double slowest, double mean, int& steps) {
   for (steps = 1;; ++steps) {
     const bool counted = rebalancer.counts_next();

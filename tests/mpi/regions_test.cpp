@@ -1,3 +1,4 @@
+// Regions of ranks.
 #include "adapters/mpi/regions.h"
 
 #include "world.h"
@@ -5,7 +6,7 @@
 using namespace tandem;
 
 TEST_CASE("every place is one rank's, and a box reaches into the regions of all its places") {
-  if (world::ranks() == 1) return;  // Zoltan is not asked
+  if (world::ranks() == 1) return;  // Zoltan is not used
   mpi::Communicator communicator(MPI_COMM_WORLD, 60);
   mpi::Regions regions(communicator);
   std::mt19937_64 random(7);  // the same on all ranks
@@ -13,7 +14,7 @@ TEST_CASE("every place is one rank's, and a box reaches into the regions of all 
   std::uint64_t reached = 0, insides = 0;
   for (int cut = 0; cut < 60; ++cut) {
     CAPTURE(cut);
-    // Few points or many, on a grid so that they share coordinates, some or nearly all without weight.
+    // Few points or many, on a grid so that they share coordinates, some or nearly all with weight 0.
     const std::size_t count = 1 + random() % (cut % 3 == 0 ? 3 : 60);
     const bool on_grid = cut % 2 == 0;
     std::vector<Vec3> points;
@@ -55,6 +56,6 @@ TEST_CASE("every place is one rank's, and a box reaches into the regions of all 
     CHECK(std::count(holders.begin(), holders.end(), 1) == 400);
   }
   CHECK(reached > 60 * 400);
-  // Every rank knows a box to be its own alone, or each look would be one into Zoltan's tree.
+  // Every rank recognises boxes that are entirely its own, without a search in Zoltan's tree.
   CHECK(insides > 100);
 }

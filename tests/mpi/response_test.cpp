@@ -1,3 +1,4 @@
+// The response on ranks, compared with one machine.
 #include "tandem/mpi/response.h"
 
 #include <array>
@@ -23,7 +24,7 @@ std::uint64_t hash_of(GlobalId id, const Scene& scene, std::uint32_t i) {
   return hash ^ hash >> 31;
 }
 
-/// A sum over all bodies of what their owners know of them.
+/// A hash over all bodies of their owners' data.
 std::uint64_t hash_of_motion(const mpi::Pipeline& pipeline) {
   std::uint64_t sum = 0;
   for (std::uint32_t i = 0; i < pipeline.scene().indices(); ++i)
@@ -32,7 +33,7 @@ std::uint64_t hash_of_motion(const mpi::Pipeline& pipeline) {
   return sum;
 }
 
-/// The pairs that ranks tell of, put together on all.
+/// The pairs of all ranks, on all of them.
 std::vector<IdPair> all_of(std::span<const IdPair> own) {
   const int count = static_cast<int>(2 * own.size());
   std::vector<int> counts(static_cast<std::size_t>(world::ranks())), places(counts.size());
@@ -89,7 +90,7 @@ TEST_CASE("with the response of all ranks the motion is that of one, and so are 
       std::uint64_t expected = 0;
       for (std::uint32_t i = 0; i < scene.indices(); ++i) expected += hash_of(i, scene, i);
       CHECK(hash_of_motion(pipeline) == expected);
-      if (step == 20) {  // a host's hand
+      if (step == 20) {  // a change by the host
         scene.set_pose(scene.id(5), Pose::at(0, 0, 4));
         if (world::rank() == world::ranks() - 1) pipeline.set_pose(5, Pose::at(0, 0, 4));
       }
@@ -112,7 +113,7 @@ TEST_CASE("with the response of all ranks a body with more pairs than colours mo
   scene.add_body({.shape = plate, .pose = Pose::at(3, 3, 0.549), .density = 300});
   add_balls(0.849);
   for (const int threads : {1, 2}) {
-    if (world::ranks() > 4 && threads > 1) continue;  // a colour has too few pairs a rank to be shared by threads
+    if (world::ranks() > 4 && threads > 1) continue;  // a colour has too few pairs on a rank to be shared by threads
     Scene one = scene;
     tandem::Pipeline alone({.executor = ExecutorKind::sequential, .threads = 1, .answer = {.margin = 0.01}});
     tandem::Response response({.threads = 1});
@@ -138,7 +139,7 @@ TEST_CASE("with the response of all ranks a body with more pairs than colours mo
 TEST_CASE("a response of a scene to which bodies come and from which they go: the same motion on any number of ranks") {
   const double keep = GENERATE(0.0, 0.02);
   CAPTURE(keep);
-  // One rank alone, in a communicator of its own, beside all.
+  // One rank in a communicator of its own, beside all.
   mpi::Options options = world::options(1, 0.02);
   options.rank.answer.keep_contacts = keep;
   mpi::Pipeline all(MPI_COMM_WORLD, options), alone(MPI_COMM_SELF, options);
@@ -194,7 +195,7 @@ TEST_CASE("a response of a scene to which bodies come and from which they go: th
     }
     const mpi::Report report = all.step(), expected = alone.step();
     CHECK(report.contact_hash == expected.contact_hash);
-    if (step == 17) {  // no response between: a body goes, and another one comes by its name, to where it was
+    if (step == 17) {  // without a response in between: a body is removed, and another one takes its id and place
       const GlobalId id = ids[0];
       turn([&](mpi::Pipeline& p) { p.remove_body(id); });
       all.step();
@@ -203,7 +204,7 @@ TEST_CASE("a response of a scene to which bodies come and from which they go: th
       all.step();
       alone.step();
     }
-    if (step % 6 == 5)  // a host's hand, where only owners can know of it
+    if (step % 6 == 5)  // a change by the host that only owners know of
       for (mpi::Pipeline* p : {&all, &alone})
         for (std::uint32_t i = 0; i < p->scene().indices(); ++i)
           if (p->owns(i) && p->scene().is_static()[i] == 0)
@@ -287,7 +288,7 @@ TEST_CASE("continuous bodies are stopped at their first touches on any number of
         alone.step(scene);
         const mpi::Report report = pipeline.step();
         CHECK(report.contact_hash == mpi::hash(world::gathered(alone.contacts(), world::all_indices(scene))));
-        if (step % 4 == 3)  // a host's hand, after detection: some go on as fast as at first, and some change
+        if (step % 4 == 3)  // a change by the host, after detection: some keep their initial speed, and some change
           for (std::uint32_t i = 70; i < 90; ++i) {
             const Vec3 velocity(i % 2 == 0 ? 250 : -250, 0.1 * i, 3);
             scene.move(i, scene.poses()[i], velocity, scene.angular_velocities()[i]);
@@ -323,8 +324,8 @@ TEST_CASE("continuous bodies are stopped at their first touches on any number of
 }
 
 TEST_CASE("continuous bodies at rest are taken along by what comes from other ranks, and take others along") {
-  // Fast bodies that are not continuous come along lanes, in which still continuous ones wait. Those that are taken
-  // along reach out of the lane and meet others, which nothing else would; one is hit by two at the same time.
+  // Fast bodies that are not continuous move along lanes, in which continuous bodies at rest wait. Those carried along
+  // reach out of the lane and meet others; one is hit by two at the same time.
   Scene scene;
   scene.gravity = Vec3::Zero();
   const ShapeId ball = scene.add_shape(Sphere{0.25}), truck = scene.add_shape(Box{Vec3(1, 1, 1)});
@@ -398,7 +399,7 @@ TEST_CASE("a continuous body at rest is taken along by the one fast body, wherev
     place(fast.index(), Pose::at(5.0 * step - 3, 0, 0), Vec3(300, 0, 0));
     alone.step(scene);
     pipeline.step();
-    tandem::Response response({.threads = 1});  // without what was stopped in the step before
+    tandem::Response response({.threads = 1});  // without bodies that were stopped in the step before
     together.begin_anew();
     CHECK(response.step(scene, alone.contacts()).stops == 1);
     CHECK(together.step().response.stops == 1);

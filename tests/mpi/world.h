@@ -1,3 +1,4 @@
+// Shared by the tests of ranks: answers of one rank, and scenes on several.
 #pragma once
 #include <mpi.h>
 
@@ -28,7 +29,7 @@ inline int ranks() {
   return ranks;
 }
 
-/// Of a list of one machine, where `ids` names bodies by their indices, ascending.
+/// The contacts of one machine, where `ids` gives bodies' ids by their indices, ascending.
 inline GatheredContacts gathered(const tandem::ContactList& list, const std::vector<GlobalId>& ids) {
   GatheredContacts out;
   for (const tandem::PairResult& pair : list.pairs)
@@ -70,7 +71,7 @@ inline tandem::BodyOptions options_of(const tandem::Scene& scene, std::uint32_t 
   return body;
 }
 
-/// Every rank adds a share, by turns; ids are indices.
+/// Every rank adds a share, in turn; ids are indices.
 inline void add_all(tandem::mpi::Pipeline& pipeline, const tandem::Scene& scene) {
   for (std::uint32_t k = 0; k < scene.shapes().size(); ++k)
     pipeline.add_shape(scene.shapes()[k], std::string(scene.shape_name(k)));
@@ -84,7 +85,7 @@ inline std::vector<GlobalId> all_indices(const tandem::Scene& scene) {
   return ids;
 }
 
-/// Options of the tests: a rank that waits for ever is found out.
+/// Options of the tests: a rank that waits for ever ends the job.
 inline tandem::mpi::Options options(int threads, double margin) {
   tandem::mpi::Options out;
   out.rank.threads = threads;

@@ -1,4 +1,4 @@
-// What many tests ask of a pair with the default options.
+// Queries of a pair with default options.
 #pragma once
 #include "tandem/narrowphase/narrow_phase.h"
 

@@ -1,3 +1,4 @@
+// Boxes: distances, contacts, several pairs at once.
 #include <algorithm>
 #include <cmath>
 #include <deque>
@@ -59,7 +60,7 @@ TEST_CASE("box-box: nearly parallel edges never make depth of nothing") {
     const Mat3 turn = Eigen::AngleAxisd(angle, r.direction()).toRotationMatrix();
     const Vec3 t = r.vec(-0.3, 0.3);
     const auto answer = n.solve(box, Pose{}, box, {turn, t}, Request::distance);
-    // Parallel boxes overlap by 1 - max |t|; turning by `angle` changes it by no more than about 2 angles.
+    // Parallel boxes overlap by 1 - max |t|; a rotation by `angle` changes that by at most about 2 angles.
     CAPTURE(angle, t.transpose());
     CHECK(std::abs(-answer.signed_distance - (1 - t.cwiseAbs().maxCoeff())) < 2 * angle + 1e-14);
     CHECK(n.solve(box, Pose{}, box, {turn, t}, Request::collide).collide);
@@ -81,7 +82,7 @@ TEST_CASE("box-box: a cube on a cube changes its verdict where it touches, far f
 
 namespace {
 
-/// Two boxes that overlap or miss each other by little, as they do in a pile.
+/// Two boxes with a small overlap or gap, as in a pile.
 struct CloseBoxes {
   Shape a, b;
   Pose pose_a, pose_b;
@@ -107,7 +108,7 @@ TEST_CASE("box-box: where a face of each parts them as much, either order of arg
   const NarrowPhase n;
   const Shape box(Box{{1, 1, 1}});
   for (const double angle : {0.1, 0.3, -0.4}) {
-    // One the other's mirror image.
+    // Mirror images of each other.
     const Pose a{Eigen::AngleAxisd(angle, Vec3::UnitZ()).toRotationMatrix(), Vec3(-1, 0, 0)};
     const Pose b{Eigen::AngleAxisd(-angle, Vec3::UnitZ()).toRotationMatrix(), Vec3(1, 0, 0)};
     std::vector<Contact> contacts;
@@ -147,20 +148,20 @@ TEST_CASE("boxes told apart several at a time are those that the solver finds ap
       }
       const auto answer = n.solve(*pairs[i].a, *pairs[i].pose_a, *pairs[i].b, *pairs[i].pose_b, Request::distance);
       if (answer.signed_distance <= margin) CHECK(apart[i] == 0);
-      // By an axis that separates by a fraction of the distance; one in a hundred may be left to the solver.
+      // Separated along an axis by a fraction of the distance; one in a hundred may be left to the solver.
       if (answer.signed_distance > 4 * margin + 1e-9) ++clear, told += apart[i];
       std::uint8_t alone = 2;
       n.mark_apart({&pairs[i], 1}, {&alone, 1});
       CHECK(alone == apart[i]);
     }
     CHECK(clear > 40);
-    CHECK((told == 0 || told > 0.9 * clear));  // 0: a machine without such lanes
+    CHECK((told == 0 || told > 0.9 * clear));  // 0: a machine without such vectors
   }
 }
 
 namespace {
 
-/// BoxAnswers as they come.
+/// Collects answers in order.
 struct BoxAnswers final : AnswerSink {
   explicit BoxAnswers(const std::vector<Contact>& all) : contacts(all) {}
   PairAnswer& begin(std::size_t pair) override {
@@ -286,7 +287,7 @@ TEST_CASE("box-box: one contact point alone is given only where all that has gon
                in_b = c.pose_b.rotation.transpose() * answer.normal;
     const bool of_a = in_a.cwiseAbs().maxCoeff() > 1 - 1e-12, of_b = in_b.cwiseAbs().maxCoeff() > 1 - 1e-12;
     if (of_a == of_b) continue;
-    // The face whose normal it is, and the other box's that looks against it most.
+    // The face whose normal it is, and the most opposed face of the other box.
     const Pose &pose = of_a ? c.pose_a : c.pose_b, &other = of_a ? c.pose_b : c.pose_a;
     const Vec3 size = (of_a ? c.a : c.b).half_size(), incident = (of_a ? c.b : c.a).half_size();
     Vec3 up = of_a ? in_a : Vec3(-in_b), facing = of_a ? Vec3(-in_b) : in_a;
@@ -355,8 +356,8 @@ TEST_CASE("box-box: contacts along the axis of two edges near a face lie on that
       const auto beyond = [](const Shape& box, const Pose& pose, const Vec3& p) -> Vec3 {
         return (pose.rotation.transpose() * (p - pose.translation)).cwiseAbs() - box.half_size();
       };
-      // The face's point may lie beside the face, as far as the normal leads there; what counts as equal in a patch is
-      // 4e-9 of the size.
+      // The face's point may lie beside the face by the normal's slant; in a patch, differences of 4e-9 of the size
+      // count as equal.
       const auto face = [&](const Vec3& d) { return d.cwiseAbs().minCoeff() < 4e-8; };
       const auto surface = [](const Vec3& d) { return std::abs(d.maxCoeff()) < 4e-8; };
       const Vec3 of_a = beyond(a, frame, on_a), of_b = beyond(b, pose_b, on_b);

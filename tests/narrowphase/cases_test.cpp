@@ -1,4 +1,4 @@
-// Hard pairs with exact answers: those in pairs/ beside this file, and those in the folder that TANDEM_SHARED names.
+// Hard pairs with exact answers: those in pairs/ beside this file, and those in the folder named by TANDEM_SHARED.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -110,7 +110,7 @@ std::string judge(const Json& r) {
           wrong << " normal " << answer.normal.transpose() << " for " << n.transpose();
       }
       if (ask == "contacts") {
-        // The source keeps more than 4 in some; here 4 span the patch.
+        // The source keeps more than 4 in some cases; here 4 span the patch.
         if (r.contains("contacts_expected") &&
             contacts.size() != std::min<std::size_t>(4, r["contacts_expected"].get<std::size_t>()))
           wrong << " contacts " << contacts.size() << " for " << r["contacts_expected"];
@@ -122,7 +122,7 @@ std::string judge(const Json& r) {
   return wrong.str();
 }
 
-/// Are all records of the file answered right? Prints what is wrong.
+/// True if all records of the file are answered right; prints what is wrong.
 void check_all(const std::string& path, const char* what) {
   std::ifstream file(path);
   REQUIRE(file.good());
@@ -153,10 +153,10 @@ TEST_CASE("cases: what cannot be judged is not right") {
   CHECK(judge(record("distanse")) == " unknown ask distanse");
 }
 
-// reported: numbers from public bug reports, reviews and regression tests of other libraries, each with its `source`; where
-// a report leaves one of the shapes or poses open, a choice of our own that shows the same. collected: more of them. found:
-// pairs that a relation between answers once contradicted. `expect` is certified in 113-bit arithmetic or exact, times of
-// impact are closed forms but for one capsule's (bisected).
+// reported: numbers from public bug reports, reviews and regression tests of other libraries, each with its `source`;
+// where a report leaves one of the shapes or poses open, a choice that shows the same. collected: more of them. found:
+// pairs for which a relation between answers failed. `expect` is certified in 113-bit arithmetic or exact; times of
+// impact are closed forms, except one capsule's (bisected).
 TEST_CASE("cases: every hard pair is answered right") {
   for (const char* name : {"reported", "collected", "found"}) check_all(std::string(TANDEM_PAIRS) + "/" + name + ".jsonl", name);
 }

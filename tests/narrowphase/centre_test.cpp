@@ -1,3 +1,4 @@
+// Quick tests of pairs by the line of centres.
 #include "pairs/centre_test.h"
 
 #include "catch.h"
@@ -36,7 +37,7 @@ TEST_CASE("the line of centres tells what the distance tells, and the same from 
         REQUIRE(separation(b, pose_b, a, pose_a, -n) == along);
         REQUIRE(along > margin);
         REQUIRE(distance >= along - 1e-10);
-        // By so much B comes nearer, and no more than touches.
+        // Moves B nearer by the margin found, to contact at most.
         Pose near = pose_b;
         near.translation -= along * n;
         REQUIRE(exact.solve(a, pose_a, b, near, Request::distance).signed_distance >= -1e-10);
@@ -69,7 +70,7 @@ TEST_CASE("hulls of meshes that are apart: never farther than the meshes are, th
         const double far = i % 5 == 0 ? 1e5 : 0.0;
         const Pose pose_a{r.rotation(), Vec3(far, 0, -far)};
         Pose pose_b{r.rotation(), pose_a.translation + r.in(0, 1.2) * b.size() * r.direction()};
-        // Points are those of R v + t, of six decimals too.
+        // Points are those of R v + t, also for rotations of six decimals.
         if (i % 2 == 0) pose_b.rotation = (pose_b.rotation * 1e6).array().round() / 1e6;
         const MeshGap gap = test_hulls(a, pose_a, b, pose_b), back = test_hulls(b, pose_b, a, pose_a);
         REQUIRE(back.at_least == gap.at_least);
@@ -80,7 +81,7 @@ TEST_CASE("hulls of meshes that are apart: never farther than the meshes are, th
         ++known;
         REQUIRE(truth.signed_distance >= gap.at_least);
         REQUIRE(gap.normal.dot(truth.point_b - truth.point_a) >= gap.at_least - 1e-9 * b.size());
-        // By so much B comes nearer, and they are still apart or just touch.
+        // Moves B nearer by the bound found; they are still separated or just touch.
         Pose near = pose_b;
         near.translation -= 0.999 * gap.at_least * gap.normal;
         REQUIRE_FALSE(exact.solve(a, pose_a, b, near, Request::collide).collide);

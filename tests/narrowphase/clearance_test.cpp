@@ -1,4 +1,5 @@
-// Pairs of triangles within a clearance, their zones, and separations along a direction, each against brute force.
+// Pairs of triangles within a clearance, their zones, and separations along a direction, each compared with brute
+// force.
 #include "tandem/narrowphase/clearance.h"
 
 #include <algorithm>
@@ -148,7 +149,7 @@ void check_zones(const Shape& a, const Pose& at_a, const Shape& b, const Pose& a
   }
 }
 
-/// Four legs of a table, each a box of its own, over a floor of two triangles at z = 0.
+/// A table with four legs, each a separate box, over a floor of two triangles at z = 0.
 Mesh table(double gap) {
   Mesh legs;
   for (const double x : {-1.0, 1.0})
@@ -281,7 +282,7 @@ TEST_CASE("clearance: bad input is refused by name") {
 
 namespace {
 
-/// At the distance they just touch or are apart, before it they touch, beyond it never again.
+/// At the distance they just touch or are separated, before it they touch, beyond it never again.
 void check_separation(const Shape& a, const Pose& at_a, const Shape& b, const Pose& at_b, const Vec3& direction) {
   const NarrowPhase narrow;
   const double t = separation_along(a, at_a, b, at_b, direction), size = a.size() + b.size();
@@ -324,7 +325,8 @@ TEST_CASE("separation along a direction: an advance that ends where B stands is 
   at_square.rotation << -1, 0, 0, 0, 0, 1, 0, 1, 0;
   at_triangle.rotation << 0, 0, -1, 0, 1, 0, 1, 0, 0;
   const Shape triangle(Triangle{{Vec3(-0.25, -0.125, 0.625), Vec3(0.625, 0.75, 0.625), Vec3(0.25, 0.375, 0.125)}});
-  // They are 0.2 apart, and the last plane between them is reached where the way ends, but for its last bits.
+  // They are 0.2 apart, and the last plane between them is reached at the end of the translation, except for its last
+  // bits.
   CHECK(separation_along(Shape(square), at_square, triangle, at_triangle,
                          {-0.33384970903780736, 0.50601770021838899, -0.79529268753149251}) == 0);
 }
@@ -337,11 +339,11 @@ TEST_CASE("separation along a direction: of boxes, of what lies inside, of a rin
   CHECK(std::abs(along(Box{{2, 2, 2}}, Box{{1, 1, 1}}, Pose::at(1.2, 0, 0), {1, 0, 0}) - 0.3) < 1e-12);
   CHECK(std::abs(along(Box{{2, 2, 2}}, Box{{1, 1, 1}}, Pose::at(1.2, 0, 0), {-5, 0, 0}) - 2.7) < 1e-12);
   CHECK(std::abs(along(block, small, Pose::at(0.3, 0, 0), {0, 0, 2}) - 1.1) < 1e-12);  // from inside
-  CHECK(std::abs(along(block, small, Pose::at(-4, 0, 0), {1, 0, 0}) - 5.1) < 1e-12);   // apart, on its way
+  CHECK(std::abs(along(block, small, Pose::at(-4, 0, 0), {1, 0, 0}) - 5.1) < 1e-12);   // apart, and in the path
   CHECK(along(block, small, Pose::at(4, 0, 0), {1, 0, 0}) == 0);
   CHECK(along(block, small, Pose::at(0, 4, 0), {1, 0, 0}) == 0);
   CHECK(along(ring, small, Pose::at(0, 0, 0), {0, 0, 1}) == 0);  // through the hole
-  // From the one side of the ring out through the other: the last touch counts.
+  // From one side of the ring out through the other: the last contact counts.
   const double through = along(ring, small, Pose::at(-1, 0, 0), {1, 0, 0});
   CHECK((through > 2.34 && through < 2.36));
   const Shape ground = HalfSpace{{0, 0, 1}, 0};

@@ -1,3 +1,4 @@
+// Distances by formulas.
 #include "closed_forms/closed_forms.h"
 #include "closed_forms/surface_distance.h"
 
@@ -63,7 +64,7 @@ TEST_CASE("a sphere far from a triangle: as far as the triangle, not its plane")
 }
 
 TEST_CASE("a sphere a hair past a large triangle's edge: the way to the edge, not square to the plane") {
-  // As far from the plane as from the edge, to rounding; the place of the edge has seven digits more.
+  // Equally far from the plane and the edge, to rounding; the position of the edge has seven more digits.
   const Shape triangle(Triangle{Vec3(0, 0, 0), Vec3(900, 0, 0), Vec3(0, 0, -300)});
   const double off = 1e-6;
   const Pose pose{.rotation = Mat3::Identity(), .translation = {400, 4, off}};
@@ -142,10 +143,11 @@ TEST_CASE("the distance of a point to a surface is as long as the least along an
       const Shape shape = random_shape(kind, r);
       const ConvexView v = view(shape);
       const auto support = [&](const Vec3& n) { return n.dot(core_support(v, n)) + core_radius(v); };
-      // Between the middle and a point of the surface.
+      // Between the centre and a point of the surface.
       const Vec3 edge = core_support(v, r.direction());
       Vec3 p = core_centre(v) + r.in(0, 0.99) * (edge - core_centre(v));
-      // On a plane of symmetry nothing tells the side, deep within not even that it is the nearer one; near it hardly.
+      // On a plane of symmetry the side is undetermined, deep inside not even whether it is the nearer one; near it
+      // hardly.
       if (kind == ShapeKind::ellipsoid && i % 4 != 0) p[i % 3] = i % 4 == 1 ? 0 : i % 4 == 2 ? 1e-12 : -1e-160;
       CAPTURE(name(kind), i);
       const auto surface = surface_distance(v, p, 1e-9);

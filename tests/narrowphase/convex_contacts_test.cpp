@@ -1,5 +1,5 @@
-// Triangles so deep inside a convex shape that they need no solver: what they leave out pushes nothing, and the deepest
-// of all is found all the same.
+// Triangles so deep inside a convex shape that they need no solver: leaving them out changes no force, and the deepest
+// contact is still found.
 #include "meshes/contacts/convex_contacts.h"
 
 #include <limits>

@@ -1,4 +1,4 @@
-// Every bounded convex kind with every other, judged by what a signed distance must satisfy whatever computed it.
+// Every bounded convex kind with every other, judged by properties that a signed distance must have.
 #include <algorithm>
 #include <cmath>
 
@@ -15,8 +15,8 @@ using namespace tandem::test;
 
 namespace {
 
-/// Separation along a unit direction from A to B, by supports alone: never more than the signed distance, and equal
-/// to it along the right normal. Shares no code with the solvers but the supports.
+/// The separation along a unit direction from A to B, by supports alone: never more than the signed distance, and equal
+/// to it along the right normal. Shares only the supports with the solvers.
 double separation(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, const Vec3& n) {
   const ConvexView va = view(a), vb = view(b);
   const Vec3 sa = pa.rotation * core_support(va, pa.rotation.transpose() * n);
@@ -24,7 +24,7 @@ double separation(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb
   return n.dot((pb.translation - pa.translation) + (sb - sa)) - core_radius(va) - core_radius(vb);
 }
 
-/// Upper bound of what separation any direction reaches: climbs from many starts.
+/// The largest separation over all directions, by ascent from many starts.
 double best_separation(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, Random& r) {
   double best = -1e300;
   for (int start = 0; start < 60; ++start) {
@@ -48,7 +48,7 @@ double accuracy_of(const Shape& a, const Shape& b) {
   return round(a.kind()) || round(b.kind()) ? 1e-6 : 1e-9;
 }
 
-/// How far a point in world coordinates lies off the surface of a shape.
+/// The distance of a point in world coordinates from the surface of a shape.
 double off_surface(const Shape& s, const Pose& pose, const Vec3& world) {
   const Vec3 p = pose.rotation.transpose() * (world - pose.translation);
   if (s.kind() == ShapeKind::ellipsoid) {
@@ -63,7 +63,7 @@ double off_surface(const Shape& s, const Pose& pose, const Vec3& world) {
   return std::abs(point_distance(view(s), p).signed_distance);
 }
 
-/// Holds the answer's two points to what the header says of them.
+/// Checks the answer's two points against their documentation.
 void check_points(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, double eps) {
   const PairAnswer answer = NarrowPhase().solve(a, pa, b, pb, Request::distance);
   CAPTURE(answer.signed_distance, answer.normal.transpose(), answer.point_a.transpose(), answer.point_b.transpose());
@@ -76,7 +76,7 @@ void check_points(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb
 
 TEST_CASE("convex: the witness points lie on both surfaces, the signed distance apart along the normal") {
   Random r(31);
-  // Half-turned and aligned poses too: parallel edges and faces, where many points are equally deep.
+  // Also half turns and aligned poses: parallel edges and faces, where many points are equally deep.
   const auto aligned = [&] {
     Mat3 m = Mat3::Identity();
     for (int k = 0; k < 3; ++k)
@@ -93,7 +93,7 @@ TEST_CASE("convex: the witness points lie on both surfaces, the signed distance 
         Pose pa = random_pose(r, 0.5), pb = random_pose(r, i % 2 == 0 ? 0.5 : 1.2);
         CAPTURE(name(ka), name(kb), i);
         check_points(a, pa, b, pb, 2 * accuracy_of(a, b));
-        // The same with parallel faces and edges, in a turned world, and tilted by next to nothing.
+        // The same with parallel faces and edges, in a rotated world, and tilted by tiny angles.
         pb.rotation = pa.rotation * aligned();
         check_points(a, pa, b, pb, 2 * accuracy_of(a, b));
         pb.rotation = pb.rotation * Eigen::AngleAxisd(std::pow(10.0, r.in(-16, -3)), r.direction()).toRotationMatrix();
@@ -127,7 +127,7 @@ TEST_CASE("convex: the normal certifies the distance, no direction separates bet
         CHECK(std::abs(swapped.signed_distance - answer.signed_distance) < eps);
         if (ka != kb) CHECK(swapped.normal == -answer.normal);
 
-        // Moving B by the depth along the normal separates, by 0.99 of it does not.
+        // A translation of B by the depth along the normal separates, one by 0.99 of it does not.
         if (answer.signed_distance < -1e-4) {
           Pose moved = pb;
           moved.translation -= (1.0001 * answer.signed_distance) * answer.normal;
@@ -135,7 +135,7 @@ TEST_CASE("convex: the normal certifies the distance, no direction separates bet
           moved.translation = pb.translation - 0.99 * answer.signed_distance * answer.normal;
           CHECK(solver.solve(a, pa, b, moved, Request::collide).collide);
         }
-        // A rigid motion of both changes nothing; far out it costs digits of the input only.
+        // A rigid motion of both changes nothing; far from the origin it costs digits of the input only.
         const Pose q = random_pose(r, 10);
         const Pose qa{q.rotation * pa.rotation, q * pa.translation}, qb{q.rotation * pb.rotation, q * pb.translation};
         CHECK(std::abs(solver.solve(a, qa, b, qb, Request::distance).signed_distance - answer.signed_distance) < eps);
@@ -168,7 +168,7 @@ TEST_CASE("convex: gaps of 1e-12 to 1e-3 of either sign are seen as such") {
           CHECK(std::abs(near.signed_distance - gap) < eps);
           if (gap > eps) CHECK_FALSE(collide);
         } else {
-          // A corner pushed in may come out sooner by another way; a sharp one may be passed by.
+          // A corner moved in may be nearer to another face; a sharp one may be passed.
           CHECK(near.signed_distance > gap - eps);
           if (near.signed_distance < -eps) {
             CHECK(collide);

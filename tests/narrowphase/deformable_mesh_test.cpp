@@ -1,4 +1,4 @@
-// Meshes that bend answer as meshes built anew do, and shapes handed out before stay what they are.
+// Deforming meshes answer like meshes built anew, and shapes handed out before do not change.
 #include "tandem/narrowphase/deformable_mesh.h"
 #include "part_runners.h"
 
@@ -25,7 +25,7 @@ using test::random_point;
 using test::random_turn;
 using test::torus;
 
-// n x n squares of a sheet of side 2, each two triangles.
+// A square of side 2 of n x n cells, each two triangles.
 Mesh sheet(int n) {
   Mesh mesh;
   for (int i = 0; i <= n; ++i)
@@ -92,8 +92,8 @@ std::vector<Shape> partner_shapes() {
           Shape(Box{{0.5, 0.4, 0.3}}).rounded(0.05)};
 }
 
-// Of depths that are not known to be the least, each is right within its bound: which one is found goes by the order in
-// which triangles are looked at. False where that is so.
+// Compares two answers. Depths that are not known to be the least are both right within their bounds: which one is
+// found depends on the order of triangles; false for these.
 bool check_alike(const PairAnswer& bent, const PairAnswer& anew, bool all) {
   CHECK(bent.collide == anew.collide);
   if (!all) return true;
@@ -112,7 +112,7 @@ bool check_alike(const PairAnswer& bent, const PairAnswer& anew, bool all) {
   return true;
 }
 
-// Every request of two shapes with a partner in a pose.
+// Every request for two shapes with a partner in a pose.
 void check_answers(const Shape& bent, const Shape& anew, const Shape& partner, const Pose& pose) {
   const NarrowPhase narrow;
   const Pose at{};
@@ -124,7 +124,7 @@ void check_answers(const Shape& bent, const Shape& anew, const Shape& partner, c
   std::vector<Contact> of_bent, of_anew;
   const PairAnswer first = narrow.solve(bent, at, partner, pose, Request::contacts, &of_bent);
   const PairAnswer second = narrow.solve(anew, at, partner, pose, Request::contacts, &of_anew);
-  // Of two that are apart it says a bound.
+  // For separated ones it is a bound.
   if (!check_alike(first, second, !of_anew.empty())) return;
   REQUIRE(of_bent.size() == of_anew.size());
   for (std::size_t k = 0; k < of_bent.size(); ++k) {
@@ -137,7 +137,7 @@ void check_answers(const Shape& bent, const Shape& anew, const Shape& partner, c
     CHECK(mesh_triangle_pairs(bent, at, partner, pose, {}) == mesh_triangle_pairs(anew, at, partner, pose, {}));
 }
 
-// Are all triangles in the boxes and slabs above them?
+// Checks that all triangles are in the boxes and slabs above them.
 void check_hierarchy(const MeshModel& mesh) {
   const std::function<std::vector<std::uint32_t>(std::uint32_t)> check = [&](std::uint32_t at) {
     const MeshNode& node = mesh.nodes[at];
@@ -226,7 +226,7 @@ TEST_CASE("deformable meshes: boxes and slabs hold their triangles, on any numbe
 }
 
 TEST_CASE("deformable meshes: subtrees that refits have made slow are built anew, those that bend little are not") {
-  // Triangles that do not hang together.
+  // Triangles that are not connected.
   Mesh input;
   const Mesh flat = sheet(70);
   for (const auto& t : flat.triangles) {
@@ -237,9 +237,9 @@ TEST_CASE("deformable meshes: subtrees that refits have made slow are built anew
   }
   DeformableMesh mesh(input);
   std::vector<Vec3> vertices = input.vertices;
-  for (Vec3& v : vertices) v *= 3;  // all alike: nothing is worn
+  for (Vec3& v : vertices) v *= 3;  // scaled alike: nothing is worn
   CHECK(mesh.update(vertices).rebuilt_triangles == 0);
-  // Stirred in one corner.
+  // Disturbed in one corner.
   std::mt19937_64 random(9);
   for (std::size_t v = 0; v < vertices.size(); v += 3) {
     if (!(vertices[v].x() > 2.2 && vertices[v].y() > 2.2)) continue;
@@ -274,7 +274,7 @@ TEST_CASE("deformable meshes: a shape that was handed out stays as it is") {
   CHECK(height(before) == Approx(20));
   CHECK(height(rounded) == Approx(19.9));
   for (int k = 0; k < 4; ++k) CHECK(height(held[static_cast<std::size_t>(k)]) == Approx(18 - k));
-  // Where nobody holds a shape, memory does not grow.
+  // If nobody holds a shape, memory does not grow.
   held.clear();
   mesh.update(up);
   const std::size_t bytes = mesh.memory();
@@ -302,7 +302,7 @@ TEST_CASE("deformable meshes: what is refused, and that nothing has changed then
   vertices.pop_back();
   refuses(cloth, vertices, "holds 15; it must hold 16");
 
-  Mesh box = test::box_mesh({1, 1, 1}, 2);  // corners are repeated
+  Mesh box = test::box_mesh({1, 1, 1}, 2);  // with duplicate vertices
   DeformableMesh solid(box);
   box.vertices[0].x() += 0.1;
   refuses(solid, box.vertices, "they were one");
@@ -322,12 +322,12 @@ TEST_CASE("deformable meshes: an update that shrinks to nothing or whose helpers
     CHECK(std::ranges::equal(cloth.vertices(), flat.vertices));
     CHECK(cloth.shape().size() > 1);
   }
-  // Each call of the helpers fails once, with a shape handed out and without.
+  // Each call of the runner fails once, with a shape handed out and without.
   for (const bool is_held : {false, true}) {
     int failing = 0;
     for (bool failed = true; failed; ++failing) {
       CAPTURE(is_held, failing);
-      DeformableMesh mesh(sheet(150));  // two stretches of vertices
+      DeformableMesh mesh(sheet(150));  // two ranges of vertices
       std::optional<Shape> held;
       if (is_held) held = mesh.shape();
       std::vector<Vec3> vertices(mesh.vertices().begin(), mesh.vertices().end());
@@ -366,7 +366,7 @@ TEST_CASE("deformable meshes: turned inside out and refused, the mesh answers as
     return mesh_triangle_pairs(shape, Pose{}, ball, Pose::at(1, 0.1, 0.2), {});
   };
   DeformableMesh mesh(test::box_mesh({1, 1, 1}, 3));
-  // In the memory of the last update, of a new one and of that before.
+  // In the memory of the last update, of a new one and of the one before.
   std::optional<Shape> held;
   for (const double width : {1.2, 1.3, 1.4, 1.5}) {
     const Vec3 size(2, width, 1);
@@ -374,7 +374,7 @@ TEST_CASE("deformable meshes: turned inside out and refused, the mesh answers as
     if (width > 1.2) held = mesh.shape();
     const auto before = triangles_met(mesh.shape());
     CHECK(!before.empty());
-    // Of so thin a one floats cannot tell the volume.
+    // For a thin one, floats cannot give the sign of the volume.
     for (const double thickness : {1.0, 1e-9}) {
       CHECK_THROWS_AS(mesh.update(with_size({3, -1, thickness})), std::invalid_argument);
       CHECK(std::ranges::equal(mesh.vertices(), with_size(size)));
@@ -394,7 +394,7 @@ TEST_CASE("deformable meshes: pairs of triangles that share no vertex and meet, 
   std::size_t found = 0;
   for (int round = 0; round < 6; ++round) {
     std::vector<Vec3> vertices = Bending(random, 3)(input.vertices);
-    if (round == 4)  // folded flat on itself
+    if (round == 4)  // folded flat onto itself
       for (std::size_t v = 0; v < vertices.size(); ++v)
         vertices[v] = {std::abs(input.vertices[v].x()), input.vertices[v].y(), 0};
     mesh.update(vertices);
@@ -423,7 +423,7 @@ TEST_CASE("deformable meshes: pairs of triangles that share no vertex and meet, 
 
 namespace {
 
-// By the narrow phase, which does not know of the functions that are tested.
+// By the narrow phase, which does not use the functions under test.
 double distance_of(const Shape& a, const Shape& b) {
   return std::max(0.0, NarrowPhase().solve(a, Pose{}, b, Pose{}, Request::distance).signed_distance);
 }
@@ -439,7 +439,7 @@ std::vector<Edge> edges_of(const Mesh& mesh) {
   return edges;
 }
 
-// What lies between these bounds is told or not: rounding decides.
+// Pairs between these bounds may be reported or not: rounding decides.
 struct Expected {
   std::size_t surely = 0;
   void add(double distance, double margin, bool told) {
@@ -548,12 +548,12 @@ TEST_CASE("near features: of a mesh with itself and of two, as every pair by its
 
 namespace {
 
-/// What a search told, and what it was asked to end by.
+/// The results of a search, and the condition that ends it.
 struct Told {
   NearFeatures features;
   std::vector<std::array<std::uint32_t, 2>> pairs;
   std::vector<double> progress;
-  std::size_t most = std::numeric_limits<std::size_t>::max();  ///< to be told
+  std::size_t most = std::numeric_limits<std::size_t>::max();  ///< number after which the visitor ends the search
   std::size_t looks = 0, most_looks = std::numeric_limits<std::size_t>::max();
   WorkLimit limit{.ended = [this] { return ++looks > most_looks; }};
 
@@ -572,7 +572,7 @@ struct Told {
 
 using Search = std::function<SearchEnd(Told&)>;
 
-/// Told to the end, to the first ones, and until the limit is reached at some look.
+/// Searches to the end, to the first results, and until the limit is reached at some check.
 void check_search(const Search& search, std::size_t all, const std::function<void(Told&)>& check_all) {
   Told whole;
   REQUIRE(search(whole) == SearchEnd::done);
@@ -584,7 +584,7 @@ void check_search(const Search& search, std::size_t all, const std::function<voi
   CHECK(whole.progress.back() == 1);
   CHECK(whole.progress.size() > 20);
   CHECK(whole.progress.size() <= 100);
-  // A look is some 30 us of work, of which there are at most some hundred pairs between two.
+  // A check comes every 30 us of work, in which at most some hundred pairs are found.
   CHECK(whole.looks > 20);
   CHECK(whole.looks * 300 > all);
 
@@ -598,7 +598,7 @@ void check_search(const Search& search, std::size_t all, const std::function<voi
     Told stopped;
     stopped.most_looks = looks;
     CHECK(search(stopped) == SearchEnd::stopped);
-    CHECK(stopped.looks == looks + 1);  // nothing is done after it
+    CHECK(stopped.looks == looks + 1);  // no work is done after it
     CHECK(stopped.count() <= all);
     CHECK((stopped.progress.empty() || stopped.progress.back() < 1));
   }
@@ -657,7 +657,7 @@ TEST_CASE("searches of a mesh with itself tell what the lists have, each once, a
 }
 
 TEST_CASE("near features: an edge that more than two triangles share is told once") {
-  // Three wings on one edge, beside a fourth triangle.
+  // Three triangles at one edge, beside a fourth.
   const Mesh wings{
       {{0, 0, 0}, {0, 0, 1}, {1, 0, 0}, {-1, 1, 0}, {-1, -1, 0}, {0.05, 0.3, 0.4}, {0.05, 0.3, 0.6}, {2, 2, 2}},
       {{0, 1, 2}, {0, 1, 3}, {0, 1, 4}, {5, 6, 7}}};

@@ -1,5 +1,5 @@
-// Shapes that just touch, in every way that looks special: a hair apart, exactly there, a hair too far, straight and
-// tilted by next to nothing, along the world's axes and in a general position. And shapes with nothing left of them.
+// Shapes that just touch, in all special configurations: barely separated, exactly touching, barely overlapping,
+// aligned and slightly tilted, along the world's axes and in general position. And degenerate shapes.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -22,7 +22,7 @@ namespace {
 struct Touch {
   std::string name;
   Shape a, b;
-  Mat3 turn;   ///< of B
+  Mat3 turn;   ///< rotation of B
   Vec3 reach;  ///< B's translation where they touch
 };
 
@@ -100,7 +100,8 @@ std::vector<Touch> touches() {
   };
 }
 
-/// No verdict is wrong, and nothing is endless or not a number; a last digit of depths and points may be, of polytopes.
+/// True if no verdict is wrong and all numbers are finite, and only last digits of depths and points differ, for
+/// polytopes.
 bool only_digits(const std::string& wrong, const PosedPair& p) {
   for (const ShapeKind k : {p.a.kind(), p.b.kind()})
     if (k == ShapeKind::cylinder || k == ShapeKind::cone || k == ShapeKind::ellipsoid) return wrong.empty();
@@ -135,7 +136,7 @@ TEST_CASE("degenerate: touching is touching, and a hair either way is not lost")
           ++judged;
         }
   CHECK(judged > 1000);
-  // Faces that slant by 1e-9 leave witness points 1e-9 apart as good as each other.
+  // With faces that slant by 1e-9, witness points 1e-9 apart are equally good.
   CHECK(short_of_digits <= 2);
 }
 
@@ -205,7 +206,7 @@ TEST_CASE("degenerate: a flat hull with an edge so short that its square is lost
 
 namespace {
 
-/// A shape of the kind about the origin, from round numbers.
+/// A shape of the kind about the origin, with simple numbers.
 Shape round_shape(ShapeKind kind) {
   switch (kind) {
     case ShapeKind::sphere:
@@ -234,7 +235,7 @@ Shape round_shape(ShapeKind kind) {
   }
 }
 
-/// A turn by next to nothing about each axis: entries this small, and ones.
+/// A rotation by tiny angles about each axis.
 Mat3 hardly_turned(double x, double y, double z) { return (Mat3() << 1, -z, y, z, 1, -x, -y, x, 1).finished(); }
 
 bool is_unit(const Vec3& n) { return std::abs(n.norm() - 1) < 1e-12; }
@@ -262,7 +263,7 @@ TEST_CASE("degenerate: places and turns so small that their squares are lost cha
               const PairAnswer d = solver.solve(a, {}, b, {turn, tiny * heading}, request, &contacts);
               if (request == Request::contacts && !d.collide) continue;
               CHECK(is_unit(d.normal));
-              if (request == Request::contacts && (i == 9 || j == 9)) continue;  // a patch's own depth
+              if (request == Request::contacts && (i == 9 || j == 9)) continue;  // a patch has its own depth
               const double bound = 1e-12 + d.error_bound + none.error_bound;
               CHECK(std::abs(d.signed_distance - none.signed_distance) <= bound);
               CHECK((d.point_b - d.point_a - d.signed_distance * d.normal).norm() < 1e-9);
@@ -305,7 +306,7 @@ TEST_CASE("degenerate: triangles with corners so near each other that the square
       try {
         shape = as(kind, p), plain = as(kind, rounded(p));
       } catch (const std::invalid_argument&) {
-        continue;  // less of it than a shape may have
+        continue;  // smaller than a shape may be
       }
       const PairAnswer d = solver.solve(*shape, {}, other, pose, Request::distance);
       const PairAnswer e = solver.solve(*plain, {}, other, pose, Request::distance);

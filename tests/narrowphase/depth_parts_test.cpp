@@ -1,5 +1,5 @@
-// The parts of the depth solvers that others stand behind, asked directly: what they miss, a pair's answer need not
-// show, since what fails is solved another way.
+// Tests single depth solvers directly: what they miss need not show in a pair's answer, since failures are solved
+// another way.
 #include <cmath>
 
 #include "catch.h"
@@ -22,7 +22,7 @@ Hull corners_of(const Shape& s) {
   return build_hull(corners);
 }
 
-/// The least that A - B reaches along any direction that can be the least translation: normals of faces, products of
+/// The least support of A - B along any direction that can be the least translation: face normals, cross products of
 /// edges.
 double least_reach(const Hull& a, const Hull& b, const RelativePose& pose) {
   std::vector<Vec3> at_b;
@@ -109,7 +109,8 @@ TEST_CASE("settling by itself reaches the distance, and from inside the minimum 
     CHECK(std::abs(s.h - s.n.dot(pair.support(s.n))) <= 1e-13 * pair.scale);
     if (s.h < 0) {
       ++apart;
-      // The points are no nearer than the bodies, which are no nearer than the planes: both are the distance.
+      // The points are at least as far apart as the bodies, which are at least as far as the planes: both are the
+      // distance.
       CHECK((s.point[0] + s.point[1]).norm() + s.h <= 1e-9 * pair.scale);
     } else {
       ++deep;

@@ -1,3 +1,4 @@
+// The dispatcher: kinds, requests, solvers, options.
 #include <stdexcept>
 
 #include "catch.h"
@@ -35,7 +36,7 @@ TEST_CASE("dispatcher: every pair of kinds answers every request, or refuses by 
         }
         const PairAnswer answer = n.solve(a, Pose{}, b, Pose::at(0.1, 0.2, 0.1), q, &contacts);
         CHECK(answer.collide == n.solve(a, Pose{}, b, Pose::at(0.1, 0.2, 0.1), Request::collide).collide);
-        // A triangle lies off the centre and may miss; whatever is solid overlaps here.
+        // A triangle is off the centre and may miss; solids overlap here.
         const auto is_thin = [](const Shape& s) { return s.is_convex() && !s.is_solid(); };
         if (!is_thin(a) && !is_thin(b)) CHECK(answer.collide);
         CHECK(contacts.empty() == !(q == Request::contacts && answer.collide));
@@ -103,7 +104,7 @@ TEST_CASE("dispatcher: what the last step learnt changes no answer beyond roundi
       for (int i = 0; i < 8; ++i) {
         const Pose pa = random_pose(r, 0.5), pb = random_pose(r, 1);
         CAPTURE(name(a.kind()), name(b.kind()), i);
-        // The first starts from nothing, the next from the answer to another pose.
+        // The first starts without data, the next from the answer to another pose.
         const auto plain = n.solve(a, pa, b, pb, Request::distance);
         const auto warmed = n.solve(a, pa, b, pb, Request::distance, nullptr, &warm);
         CHECK(std::abs(plain.signed_distance - warmed.signed_distance) < 1e-9);
@@ -216,7 +217,7 @@ TEST_CASE("a cut-off tells what is farther and changes nothing else") {
       }
   CHECK(farther > 500);
   CHECK(nearer > 500);
-  // Meshes with insides and hollows, whose hierarchies the cut-off prunes.
+  // Meshes with interiors and cavities, whose hierarchies the cut-off prunes.
   std::vector<Shape> shapes;
   for (const bool solid : {false, true}) {
     Mesh ring = torus(1, 0.4, 24, 12);

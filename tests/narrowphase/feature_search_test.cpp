@@ -1,3 +1,4 @@
+// The search for the nearest features of two bodies.
 #include "round/feature_search.h"
 
 #include "catch.h"
@@ -139,12 +140,13 @@ TEST_CASE("projection: of a hull the nearest corner, edge or face, from wherever
         REQUIRE(spot.q == p);
         continue;
       }
-      if (spot.surface == Surface::none) {  // of a walk that began behind the hull
+      if (spot.surface == Surface::none) {  // a search that began behind the hull
         ++wrong_side;
         continue;
       }
       ++surfaces[static_cast<int>(spot.surface)];
-      // All of the hull is on the other side of the plane through q square to the way there, and q is on what is told.
+      // All of the hull is on the other side of the plane through q perpendicular to the direction, and q is on the
+      // reported feature.
       const Vec3 from_spot = p - spot.q;
       for (const Vec3& v : hull.vertices) REQUIRE(from_spot.dot(v - spot.q) <= 1e-13);
       const Vec3 corner = hull.vertices[spot.vertex], along = hull.vertices[spot.other] - corner;
@@ -154,7 +156,7 @@ TEST_CASE("projection: of a hull the nearest corner, edge or face, from wherever
       const Hull::Face& f = hull.faces[spot.face];
       REQUIRE(std::abs(f.normal.dot(spot.q) - f.offset) <= 1e-14);
       REQUIRE(end_on_face(hull, spot.face, spot.q, corner, 1e-12) == corner);
-      // Far along the plane: where the way leaves the face is on an edge.
+      // Far along the plane: the point where the path leaves the face is on an edge.
       const Vec3 beyond = spot.q + 9 * any_perpendicular(f.normal);
       const Vec3 left = end_on_face(hull, spot.face, spot.q, beyond, 1e-12);
       REQUIRE((left - spot.q).cross(beyond - spot.q).norm() <= 1e-13);

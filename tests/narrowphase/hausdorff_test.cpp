@@ -1,4 +1,4 @@
-// The Hausdorff distance of two surfaces: against closed forms and points all over both.
+// The Hausdorff distance of two surfaces, compared with closed forms and with sampled points.
 #include "tandem/narrowphase/hausdorff.h"
 
 #include <algorithm>
@@ -26,8 +26,8 @@ double distance_to(const Shape& shape, const Pose& pose, const Vec3& p) {
   return NarrowPhase().solve(shape, pose, Sphere{0}, {Mat3::Identity(), p}, Request::distance).signed_distance;
 }
 
-/// The largest distance of some points of one surface from the other, n rows of them on each triangle, and how far any
-/// point is from one of them.
+/// The largest distance of sampled points of one surface from the other, n rows of them on each triangle, and the
+/// sampling distance.
 struct Sampled {
   double most = 0, apart = 0;
 };
@@ -58,7 +58,7 @@ void check_point(const Shape& a, const Pose& pose_a, const Shape& b, const Pose&
 TEST_CASE("Hausdorff: closed forms") {
   const Shape cube = surface(box_mesh({2, 2, 2}, 3)), small = surface(box_mesh({1, 1, 1}, 2));
   for (const double gap : {0.0, 1e-3}) {
-    // From corner to corner; the other way round it is from face to face.
+    // From corner to corner; in the other direction it is from face to face.
     const HausdorffBounds inside = hausdorff_distance(cube, {}, small, {}, {.gap = gap});
     CHECK(std::abs(inside.lower - std::sqrt(0.75)) < 1e-9);
     CHECK(inside.upper <= std::sqrt(0.75) * (1 + gap) + 1e-9);
@@ -68,7 +68,7 @@ TEST_CASE("Hausdorff: closed forms") {
     CHECK((moved.lower <= 0.25 + 1e-9 && moved.upper >= 0.25 - 1e-9 && moved.upper - moved.lower <= gap + 1e-9));
   }
   CHECK(hausdorff_distance(cube, {}, cube, {}, {.least = 0}).upper < 1e-9);
-  // One surface, cut into other triangles.
+  // The same surface, triangulated in two ways.
   Mesh mirrored = box_mesh({2, 2, 2}, 1);
   for (Vec3& v : mirrored.vertices) v.x() = -v.x();
   for (auto& t : mirrored.triangles) std::swap(t[1], t[2]);
@@ -82,7 +82,7 @@ TEST_CASE("Hausdorff: closed forms") {
   const Shape flat = Triangle{{Vec3(0, 0, 0), Vec3(4, 0, 0), Vec3(0, 4, 0)}};
   const HausdorffBounds corner = hausdorff_distance(flat, {}, flat, Pose::at(0, 0, 1.5));
   CHECK(std::abs(corner.lower - 1.5) < 1e-9);
-  // One corner is on the other, which is as far from the two that follow.
+  // One corner is on the other surface, which is equally far from the two others.
   const HausdorffBounds long_sides =
       hausdorff_distance(flat, {}, Triangle{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 1, 0)}}, {});
   CHECK(std::abs(long_sides.lower - 3) < 1e-9);
@@ -101,7 +101,7 @@ TEST_CASE("Hausdorff: points all over both surfaces lie within the bounds, near 
     const HausdorffBounds bounds = hausdorff_distance(a, pose_a, b, pose_b, {.gap = 1e-4});
     check_point(a, pose_a, b, pose_b, bounds);
     CHECK(bounds.upper - bounds.lower <= 1e-4 * bounds.upper + 1e-9);
-    // Distances of a solid's points are those of its surface here, as they are taken without a sign.
+    // Distances of a solid's points are those of its surface here, taken without a sign.
     const Shape bare_a =
         surface({{a.vertices().begin(), a.vertices().end()}, {a.triangles().begin(), a.triangles().end()}});
     const Shape bare_b =

@@ -1,3 +1,4 @@
+// Convex hulls: properties, supports, faces.
 #include "shapes/hull.h"
 #include "shapes/hull_builder.h"
 
@@ -24,7 +25,7 @@ double size_of(const std::vector<Vec3>& points) {
   return (hi - lo).norm();
 }
 
-// Everything a hull promises, for those with faces.
+// Checks all documented properties of a hull with faces.
 void check(const Hull& hull, const std::vector<Vec3>& points) {
   const double size = size_of(points);
   const auto v = static_cast<long>(hull.vertices.size()), e = static_cast<long>(hull.edges.size()),
@@ -86,14 +87,14 @@ TEST_CASE("hull of a point, a segment and a flat polygon") {
   const Hull polygon = build_hull(flat);
   CHECK(polygon.dimension == 2);
   CHECK(polygon.faces.size() == 2);
-  // Points rounded off an edge may stay; the corners must.
+  // Points rounded off an edge may remain; the corners must.
   for (const int corner : {0, 3, 12, 15})
     CHECK(std::count(polygon.vertices.begin(), polygon.vertices.end(), flat[static_cast<std::size_t>(corner)]) == 1);
   check(polygon, flat);
 }
 
 TEST_CASE("a hull's face whose corners lie on a line has a normal that bears its corners") {
-  // A tetrahedron and the middles of its edges, which are exact: Qhull makes triangles of three of them on an edge.
+  // A tetrahedron and the midpoints of its edges, which are exact: Qhull makes triangles of three collinear ones.
   std::vector<Vec3> corners{{-0.7902402877807617, -0.6212806701660156, -0.3888711929321289},
                             {-0.7051172256469727, 0.2648906707763672, 0.13526058197021484},
                             {-0.010662078857421875, -0.3474130630493164, 0.6670713424682617},
@@ -233,7 +234,7 @@ TEST_CASE("the face that looks most along a direction is among those that single
     if (n == 0) continue;
     for (int k = 0; k < 50; ++k) {
       Vec3 d = r.direction();
-      if (k % 3 == 0) {  // as much along one face as along its neighbour, to rounding
+      if (k % 3 == 0) {  // as far along one face as along its neighbour, to rounding
         const Hull::Edge& edge =
             hull.edges[static_cast<std::size_t>(r.in(0, 1) * static_cast<double>(hull.edges.size()))];
         d = (hull.faces[edge.face[0]].normal + hull.faces[edge.face[1]].normal).stableNormalized();
@@ -251,7 +252,7 @@ TEST_CASE("the face that looks most along a direction is among those that single
         count += is_left;
       }
       ++asked, several += count > 1;
-      if (stretch[1] > 0.01) ++plump, left += count;  // the sides of a needle all look along what is square to it
+      if (stretch[1] > 0.01) ++plump, left += count;  // the normals of a needle's sides all lie in one plane
     }
   }
   CHECK(asked > 5000);

@@ -1,4 +1,4 @@
-// What random hunts against the reference found wrong once, and where they would find its like.
+// Pairs for which random searches against the reference once found wrong answers, with random pairs of their kind.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -19,7 +19,7 @@ namespace {
 
 constexpr double full_turn = 6.283185307179586;
 
-/// A flat-faced shape with faces along its axes, `scale` in size.
+/// A shape with flat faces along its axes, `scale` in size.
 Shape faced_shape(int which, Random& r, double scale) {
   const Vec3 size = scale * r.vec(0.02, 2);
   switch (which) {
@@ -39,7 +39,7 @@ Shape faced_shape(int which, Random& r, double scale) {
   }
 }
 
-/// Quarter turns, then a slight one.
+/// Quarter turns, then a slight rotation.
 Mat3 almost_aligned(Random& r) {
   Mat3 m = Mat3::Identity();
   for (int k = r.below(4); k > 0; --k) m = (Mat3() << 0, -1, 0, 1, 0, 0, 0, 0, 1).finished() * m;
@@ -49,7 +49,7 @@ Mat3 almost_aligned(Random& r) {
   return m * Eigen::AngleAxisd(tilt, axis).toRotationMatrix();
 }
 
-// A solid along y by its profile, counterclockwise as seen from where y is less, and the profile's triangles.
+// A solid extruded along y from its profile, counterclockwise as seen from smaller y, and the profile's triangles.
 Mesh prism(const std::vector<Vec3>& profile, const std::vector<std::array<std::uint32_t, 3>>& cap, double width) {
   Mesh m;
   m.solid = true;
@@ -107,7 +107,7 @@ TEST_CASE("hunted: almost aligned flat faces that hardly touch, sizes up to 1000
     CAPTURE(i, t.signed_distance, x.signed_distance, size, record(p));
     CHECK(std::abs(x.signed_distance - t.signed_distance) <= 1e-12 * size + 1e-15 * reach);
     if (std::abs(t.signed_distance) > 1e-15 * size + 4e-16 * reach) CHECK(x.collide == (t.signed_distance <= 0));
-    // Touching, any normal of a cone separates, but not any direction.
+    // At contact any normal of a normal cone separates, but not any direction.
     CHECK(reference::separation(a, p.pose_a, b, p.pose_b, x.normal) >= t.signed_distance - 1e-12 * size);
     CHECK((x.point_b - x.point_a - x.signed_distance * x.normal).norm() <= 1e-11 * size);
   }
@@ -159,7 +159,7 @@ TEST_CASE("hunted: ellipsoids deep in shapes with edges and in each other have t
 }
 
 TEST_CASE("hunted: a least depth all around an axis, or in all directions, is known to be the least") {
-  // What stands around its z axis, and how far it reaches where that leans by the angle of this sine and cosine.
+  // A body about its z axis, and its support when it leans by the angle of this sine and cosine.
   struct Turned {
     Shape shape;
     std::function<double(double, double)> reach;
@@ -323,8 +323,8 @@ TEST_CASE("hunted: a short capsule is a ball to its length, also where rounding 
 }
 
 TEST_CASE("hunted: bodies that lie on a floor of few triangles, wound any way, have the points of a flat one") {
-  // On a diagonal that meets their corners each triangle has its own points; a surface has two sides, whichever way its
-  // triangles' corners go round.
+  // On a diagonal that meets their corners each triangle has its own points; a surface has two sides, whatever the
+  // orientation of its triangles.
   const NarrowPhase solver;
   const auto prism = [](int sides, double height) {
     Mesh m;
@@ -540,7 +540,7 @@ TEST_CASE("hunted: points that lie on each other but for rounding are kept once 
 }
 
 TEST_CASE("hunted: between several walls the translation out is the shortest beyond all of them") {
-  // Rooms whose free space is convex: x >= 0 and z >= 0, and y >= 0 of the last; or z above |x| / 2.
+  // Rooms whose free space is convex: x >= 0 and z >= 0, and y >= 0 for the last; or z above |x| / 2.
   const NarrowPhase solver;
   const auto wall = [](Mesh& m, const Vec3& corner, const Vec3& u, const Vec3& v, int n) {
     const auto first = static_cast<std::uint32_t>(m.vertices.size()), row = static_cast<std::uint32_t>(n + 1);
@@ -588,12 +588,12 @@ TEST_CASE("hunted: between several walls the translation out is the shortest bey
           for (std::size_t k = 0; k < normals.size(); ++k) {
             const auto row = static_cast<Eigen::Index>(k == 1 ? 0 : k == 0 ? 2 : 1);
             rows.row(row) = normals[k].transpose();
-            // How far the body reaches down along the normal, as a half-space is told.
+            // The body's lowest point along the normal, by a half-space.
             const HalfSpace half{normals[k], 0};
             level[row] = -solver.solve(Shape(half), Pose{}, body, pose, Request::distance).signed_distance - sunk;
           }
           pose.translation = rows.inverse() * level;
-          // All walls are as deep: beyond all it is along the sum of the normals.
+          // All walls are equally deep: the shortest translation is along the sum of the normals.
           Vec3 out = Vec3::Zero();
           for (const Vec3& normal : normals) out += normal;
           out *= sunk / normals[0].dot(out);
@@ -610,7 +610,7 @@ TEST_CASE("hunted: between several walls the translation out is the shortest bey
 }
 
 TEST_CASE("hunted: closed surfaces meet meshes of several parts as what they bound") {
-  // A floor, and a wall that hangs over it.
+  // A floor, and an overhanging wall.
   Mesh room{{{-1, -3, 0}, {5, -3, 0}, {5, 3, 0}, {-1, 3, 0}, {0, -3, 0.1}, {0, 3, 0.1}, {0, 3, 4}, {0, -3, 4}},
             {{0, 1, 2}, {0, 2, 3}, {4, 5, 6}, {4, 6, 7}}};
   const NarrowPhase solver;
@@ -640,7 +640,7 @@ TEST_CASE("hunted: what has come into a corner of a solid is pushed by each of i
   // The solid below z = 0 and behind x = 0.
   const Mesh room = prism({{0, 0, 0}, {0, 0, 4}, {-1, 0, 4}, {-1, 0, -1}, {4, 0, -1}, {4, 0, 0}},
                           {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, 6);
-  // An L of its own, standing on its foot with its back to the wall.
+  // An L standing on its foot with its back to the wall.
   const Mesh foot = prism({{0, 0, 0}, {1, 0, 0}, {1, 0, 0.3}, {0.3, 0, 0.3}, {0.3, 0, 1}, {0, 0, 1}},
                           {{0, 1, 3}, {1, 2, 3}, {0, 3, 5}, {3, 4, 5}}, 0.8);
   const Mesh cube = box_mesh(Vec3(1, 1, 1), 2);
@@ -674,7 +674,7 @@ TEST_CASE("hunted: what has come into a corner of a solid is pushed by each of i
 
 TEST_CASE("hunted: meshes whose flat faces have sunk into each other are pushed by each of these faces") {
   const std::vector<std::array<std::uint32_t, 3>> cap{{0, 1, 4}, {1, 2, 3}, {1, 3, 4}, {0, 4, 5}};
-  // A step up at x = 0, and one that hangs over it, with both its treads and its riser on the other's.
+  // A step at x = 0, and one that hangs over it, with both its treads and its riser on the other's.
   Mesh stairs = prism({{-4, 0, -2}, {4, 0, -2}, {4, 0, 1}, {0, 0, 1}, {0, 0, 0}, {-4, 0, 0}}, cap, 8);
   Mesh above = prism({{2.5, 0, 2}, {-2.5, 0, 2}, {-2.5, 0, -1}, {0, 0, -1}, {0, 0, 0}, {2.5, 0, 0}}, cap, 3);
   const NarrowPhase solver;
@@ -745,8 +745,8 @@ TEST_CASE("hunted: concave meshes leave each other by the shortest way past all 
   }
 }
 
-// A bar that is in a wall and, at its side, in a block, with a post that hangs through a shelf. Lifted off the shelf it
-// has farther to go than past its end, where the post holds no more.
+// A bar that is in a wall and, at its side, in a block, with a post that hangs through a shelf. A translation off the
+// shelf is longer than one past its end, where the post is free.
 TEST_CASE("hunted: a face holds a mesh only as far as to its border") {
   const std::vector<std::array<std::uint32_t, 3>> tee{{0, 1, 2}, {0, 2, 5}, {0, 5, 6}, {0, 6, 7}, {2, 3, 4}, {2, 4, 5}};
   Mesh fixed =
@@ -773,7 +773,7 @@ TEST_CASE("hunted: a face holds a mesh only as far as to its border") {
   CHECK(-overlap.signed_distance - overlap.error_bound < shortest + 1e-9);
 }
 
-// Beside a triangle that fits between two faces of the other mesh there is room for what rounding leaves only.
+// Beside a triangle that fits between two faces of the other mesh there is a gap only as wide as rounding.
 TEST_CASE("hunted: no translation out of a mesh ends in a gap as wide as rounding") {
   const Mesh angle = prism({{0, 0, 0}, {2, 0, 0}, {2, 0, 0.5}, {0.5, 0, 0.5}, {0.5, 0, 2}, {0, 0, 2}},
                            {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, 1);
@@ -835,7 +835,7 @@ TEST_CASE("hunted: what reaches little out of a closed surface that has no insid
 }
 
 TEST_CASE("hunted: moving by the deepest contact of a speck in a capsule separates them to rounding") {
-  // Two triangles, as deep but for 4e-12, each along a normal of its own.
+  // Two triangles, equally deep to 4e-12, each along its own normal.
   const Shape speck(Mesh{{Vec3(-2e-5, -2e-5, -2e-5), Vec3(5e-5, 5e-5, -5e-5), Vec3(3.8147e-5, -7.6294e-6, 2.2888e-5),
                           Vec3(7.6294e-6, 4.5776e-5, 3.8147e-5), Vec3(-2e-5, -5e-5, -6e-5), Vec3(0, -3e-5, -4e-5)},
                          {{0, 1, 2}, {3, 4, 5}}});
@@ -934,7 +934,7 @@ TEST_CASE("hunted: the depth and the deepest contact of two meshes agree to roun
 }
 
 TEST_CASE("hunted: the bound of a depth that is not certain comes from a way that nothing near it is shorter than") {
-  // Stars whose points have come into each other's gaps, along one axis.
+  // Stars whose points are in each other's gaps, along one axis.
   const Shape a(star(0.4)), b(star(0.5));
   const NarrowPhase solver;
   Random r(41);
@@ -960,7 +960,8 @@ TEST_CASE("hunted: the bound of a depth that is not certain comes from a way tha
 
 TEST_CASE(
     "hunted: round bodies in each other keep their contacts, moved by 1e-9 or together, their triangles shuffled") {
-  // Bowls: an arc turned about z, thick by its rim's width; one lies in the other, shifted along z or a little aside.
+  // Bowls: an arc revolved about z, as thick as the width of its edge; one lies in the other, shifted along z or
+  // slightly sideways.
   const auto bowl = [](std::uint32_t around) {
     Mesh m;
     m.solid = true;
@@ -990,7 +991,7 @@ TEST_CASE(
     }
     return m;
   };
-  // As steps ask: what takes the place of contacts that are too deep is searched for, and may be found elsewhere.
+  // As in a step: replacements of contacts that are too deep are found by a search, possibly elsewhere.
   const NarrowPhase solver({.mesh_bounds = false});
   Random r(43);
   for (int i = 0; i < 96; ++i) {
@@ -1026,7 +1027,7 @@ TEST_CASE(
     };
     check(contacts_at(mesh, as_it_is, Vec3::Zero(), Eigen::AngleAxisd(1e-9, r.direction()).toRotationMatrix(), 1e-9));
     check(contacts_at(mesh, r.rotation(), r.vec(-5, 5), as_it_is, 0));
-    // Where many edges of both meshes lie across each other, the first of them are looked at.
+    // Where many edges of both meshes cross each other, only the first are examined.
     if (are_stars || i % 3 != 0) check(contacts_at(shuffled, as_it_is, Vec3::Zero(), as_it_is, 0));
   }
 }
@@ -1034,7 +1035,7 @@ TEST_CASE(
 TEST_CASE("hunted: an edge of a solid that has come through a face of another is pushed along the face's normal") {
   const Mesh stairs = prism({{-4, 0, -2}, {4, 0, -2}, {4, 0, 1}, {0, 0, 1}, {0, 0, 0}, {-4, 0, 0}},
                             {{0, 1, 4}, {1, 2, 3}, {1, 3, 4}, {0, 4, 5}}, 8);
-  // A hexagon for a foot.
+  // A hexagonal foot.
   std::vector<Vec3> foot;
   for (int i = 0; i < 6; ++i)
     foot.emplace_back(0.5 * std::cos(0.2 + full_turn * i / 6), 0, 0.5 * std::sin(0.2 + full_turn * i / 6));

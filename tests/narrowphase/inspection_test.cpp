@@ -1,3 +1,4 @@
+// Faults of meshes.
 #include "tandem/narrowphase/inspection.h"
 
 #include <algorithm>
@@ -20,7 +21,7 @@ void append(Mesh& mesh, const Mesh& other, const Vec3& shift, bool turned = fals
                                     : std::array{first + t[0], first + t[1], first + t[2]});
 }
 
-// Of eight vertices.
+// With eight vertices.
 Mesh cube(double size) {
   Mesh mesh;
   for (int i = 0; i < 8; ++i) mesh.vertices.emplace_back(size * ((i & 1) - 0.5), size * (i / 2 % 2 - 0.5), size * (i / 4 - 0.5));
@@ -83,7 +84,7 @@ TEST_CASE("inspection: duplicates and triangles without area") {
   const auto triangles = static_cast<std::uint32_t>(mesh.triangles.size());
   mesh.vertices.push_back(mesh.vertices[mesh.triangles[5][1]]);
   mesh.triangles.push_back({mesh.triangles[5][2], vertices, mesh.triangles[5][0]});
-  // Places on a line, and nearly so.
+  // Points on a line, and nearly so.
   mesh.vertices.insert(mesh.vertices.end(), {Vec3(7, 0, 0), Vec3(8, 1, 1), Vec3(10, 3, 3), Vec3(10, 3, 3 + 1e-15)});
   mesh.triangles.push_back({vertices + 1, vertices + 2, vertices + 3});
   mesh.triangles.push_back({vertices + 1, vertices + 2, vertices + 4});
@@ -119,14 +120,14 @@ TEST_CASE("inspection: triangles that cross, also beside corners and edges that 
   const auto two = [&](std::array<std::uint32_t, 3> a, std::array<std::uint32_t, 3> b) {
     return crossings(Mesh{places, {a, b}, false});
   };
-  CHECK(two({0, 1, 2}, {3, 4, 6}) == 1);  // no corner is shared
+  CHECK(two({0, 1, 2}, {3, 4, 6}) == 1);  // no shared corner
   CHECK(two({0, 1, 2}, {3, 5, 6}) == 0);
-  CHECK(two({0, 1, 2}, {0, 3, 4}) == 1);  // corner 0 is
-  CHECK(two({0, 3, 4}, {0, 1, 2}) == 1);  // the other way round
+  CHECK(two({0, 1, 2}, {0, 3, 4}) == 1);  // corner 0 is shared
+  CHECK(two({0, 3, 4}, {0, 1, 2}) == 1);  // the reverse
   CHECK(two({0, 1, 2}, {0, 3, 5}) == 0);
-  CHECK(two({0, 1, 2}, {0, 1, 3}) == 0);  // an edge is
-  CHECK(two({0, 1, 2}, {0, 1, 7}) == 0);  // in one plane, beside it
-  CHECK(two({0, 1, 2}, {0, 1, 8}) == 1);  // in one plane, upon it
+  CHECK(two({0, 1, 2}, {0, 1, 3}) == 0);  // an edge is shared
+  CHECK(two({0, 1, 2}, {0, 1, 7}) == 0);  // in one plane, side by side
+  CHECK(two({0, 1, 2}, {0, 1, 8}) == 1);  // in one plane, overlapping
   Mesh overlapping = cube(2);
   append(overlapping, cube(2), {1, 1, 1});
   const MeshInspection found = inspect(overlapping);

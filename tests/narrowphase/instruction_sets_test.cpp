@@ -46,8 +46,8 @@ void add_answers(const Shape& a, const Pose& pose_a, const Shape& b, const Pose&
   bits.add(contacts);
 }
 
-/// All that kernels take part in: pairs of convex kinds in all classes, meshes. But for boxes screened several at a
-/// time, of which wide vectors may know more.
+/// Answers in which all kernels take part: pairs of convex kinds in all classes, meshes. Except boxes screened several
+/// at a time, which wide vectors may separate better.
 Bits all_answers() {
   using namespace reference;
   constexpr ShapeRecipe kinds[] = {{ShapeKind::box},        {ShapeKind::capsule},     {ShapeKind::cylinder},

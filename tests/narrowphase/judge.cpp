@@ -1,3 +1,4 @@
+// Judges answers by the reference and by their documentation.
 #include "judge.h"
 
 #include <algorithm>
@@ -64,7 +65,7 @@ bool finite(const PairAnswer& r) {
          std::isfinite(r.error_bound);
 }
 
-/// Of a point from a shape, 0 inside; a double's worth.
+/// The distance of a point outside a shape, 0 inside; in double precision.
 double outside(const Shape& s, const Pose& pose, const Vec3& point) {
   const double d = reference::signed_distance(s, pose, Shape(Sphere{0}), {Mat3::Identity(), point}).signed_distance;
   return std::max(d, 0.0);
@@ -79,7 +80,7 @@ class Judge {
     const double between = reach(pair);
     bounds_.distance = bounds_.distance * size + 4 * epsilon * between;
     bounds_.points = bounds_.points * size + 4 * epsilon * between;
-    // Coordinates far out cannot say more.
+    // Large coordinates limit the accuracy.
     rounding_ = rounding(pair);
     size_ = size;
   }
@@ -129,7 +130,7 @@ class Judge {
       if ((c.normal - r.normal).norm() > 1e-12)
         fail(what, "a contact's normal is off by", (c.normal - r.normal).norm(), 0);
       if (c.depth < -margin - bounds_.points) fail(what, "a contact beyond the margin", c.depth, -margin);
-      // Midway along the common normal, which a face that lies on another to rounding only slants against.
+      // Midway along the common normal, from which the normal of a face that lies on another may differ by rounding.
       const double reach = 0.501 * std::abs(c.depth) + 1e-7 * size_ + 8 * rounding_;
       const double off = std::max(outside(p_.a, p_.pose_a, c.point), outside(p_.b, p_.pose_b, c.point));
       if (off > reach) fail(what, "a contact lies outside a shape by", off, reach);

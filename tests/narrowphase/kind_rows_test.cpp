@@ -1,3 +1,4 @@
+// The table of kinds agrees with the shapes.
 #include "shapes/kind_rows.h"
 
 #include "catch.h"
@@ -32,7 +33,7 @@ TEST_CASE("kinds: a core is flat where its support stays at one corner, and roun
       const Vec3 d = r.direction(), beside = d + 1e-6 * r.direction();
       same += core_support(v, d) == core_support(v, beside) ? 1 : 0;
     }
-    // An apex is a corner of a body that is round.
+    // A round body may have a corner: its apex.
     CHECK((same > 0.97 * tries) == (row.core == CoreSurface::flat));
   }
 }

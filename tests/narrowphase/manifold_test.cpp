@@ -1,4 +1,4 @@
-// Contact manifolds: what exchanging the bodies or moving them by next to nothing may not change.
+// Contact manifolds: exchanging the bodies or tiny motions must not change them.
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
@@ -24,7 +24,7 @@ Pose nudged(const Pose& pose, Random& r) {
   return {pose.rotation * turn, pose.translation + 1e-9 * r.direction()};
 }
 
-/// Corners of a square about a point, by depths that fall.
+/// The corners of a square about a point, by decreasing depth.
 std::vector<Contact> square(const Vec3& at, const Vec3& normal, double depth) {
   std::vector<Contact> corners;
   for (const auto& [x, y] : {std::pair(1, 1), std::pair(-1, 1), std::pair(-1, -1), std::pair(1, -1)})
@@ -32,7 +32,8 @@ std::vector<Contact> square(const Vec3& at, const Vec3& normal, double depth) {
   return corners;
 }
 
-/// A box on a box, overlapping by 0.01: aligned with it or turned about the vertical, its corners over the other's.
+/// A box on a box, overlapping by 0.01: aligned with it, or rotated about the vertical with its corners over the
+/// other's.
 struct Stack {
   Shape below, above;
   Pose pose_below, pose_above;
@@ -153,14 +154,14 @@ TEST_CASE("manifold: a disc that leans a little spans its face, and its points s
           CAPTURE(name(a.kind()), name(b.kind()), lean, i);
           const std::vector<Contact> still = ask(pb);
           for (const Contact& c : still) {
-            // Midway, so that half a depth ahead is on either surface.
+            // The point is midway, so half a depth away is on either surface.
             const Vec3 in_above = pb.rotation.transpose() * (c.point - 0.5 * c.depth * c.normal - pb.translation);
             const Vec3 in_below = frame.rotation.transpose() * (c.point + 0.5 * c.depth * c.normal - frame.translation);
             CHECK(std::abs(in_above.z() + 0.5) < 1e-9);
             CHECK(std::abs(in_above.head<2>().norm() - 0.5) < 1e-8);
             CHECK(std::abs(in_below.z() - 0.5) < 1e-9);
           }
-          // Twice the area that four corners of a disc span, of which the deepest took the place of the nearest.
+          // Twice the area of four corners of a disc, of which the deepest replaced the nearest.
           double area = 0;
           for (std::size_t k = 1; k < 4; ++k)
             for (std::size_t m = 1; m < 4; ++m)
@@ -182,7 +183,7 @@ TEST_CASE("manifold: a disc that leans a little spans its face, and its points s
           }
         }
   INFO(moved << " of " << asked);
-  // About one in twenty, of which chance makes three standard deviations more with other rounding.
+  // About one in twenty, plus three standard deviations, since rounding changes the sample.
   CHECK(moved < asked / 20 + 35);
 }
 
@@ -197,7 +198,7 @@ TEST_CASE("manifold: a disc is carried alike whichever way it leans") {
         const std::vector<Contact> contacts = contacts_of(floor, Pose{}, disc, at);
         CAPTURE(name(floor.kind()), lean, angle);
         REQUIRE(contacts.size() == 4);
-        // How stiff four equal springs at the points are against leaning, by direction.
+        // The stiffness against leaning of four equal springs at the points, by direction.
         Eigen::Vector2d middle = Eigen::Vector2d::Zero();
         for (const Contact& c : contacts) middle += 0.25 * c.point.head<2>();
         Eigen::Matrix2d stiffness = Eigen::Matrix2d::Zero();
@@ -280,7 +281,7 @@ TEST_CASE("box and capsule: the answer certifies itself, apart, shallow and thro
     if (i % 5 == 0) pb.rotation = pa.rotation;
     const auto answer = NarrowPhase().solve(box, pa, capsule, pb, Request::distance);
     CAPTURE(i, answer.signed_distance);
-    // Along the normal they are as far apart as it says; and the points are on both, so nowhere nearer.
+    // The separation along the normal is the distance; and the points are on both bodies, so these are nowhere nearer.
     const Vec3 n = answer.normal, m = pa.rotation.transpose() * n;
     const double reach = box.half_size().dot(m.cwiseAbs());
     const double axis = 0.5 * capsule.length() * std::abs(pb.rotation.col(2).dot(n));
@@ -303,7 +304,7 @@ TEST_CASE("manifold: parallel edges that open by a hair have each end at its own
   for (const Shape& a : rods)
     for (const Shape& b : rods)
       for (const double tilt : {1e-12, 3e-9, 3e-7, 9e-7}) {
-        // Side by side, turned about the third axis: the gap opens from one end of the stretch to the other.
+        // Side by side, rotated about the third axis: the gap increases from one end to the other.
         const Pose frame = random_pose(r, 1);
         const Vec3 across(a.radius() + b.radius() + 1e-6, 0, 0.2);
         const Pose local{Eigen::AngleAxisd(tilt, Vec3::UnitY()).toRotationMatrix(), across};
@@ -364,7 +365,7 @@ TEST_CASE("faces that touch to rounding have all of their patch") {
     const Pose above{turn, below * Vec3(r.in(-1, 1), r.in(-1, 1), 0.5)};
     for (const Shape* lower : {&ground, &slab, &floor})
       for (const Shape* upper : {&box, &hull, &cylinder, &solid}) {
-        if (lower == &floor && upper == &solid) continue;  // two meshes: by what meets exactly
+        if (lower == &floor && upper == &solid) continue;  // two meshes: by exact intersections
         std::vector<Contact> contacts;
         const PairAnswer answer = solver.solve(*lower, below, *upper, above, Request::contacts, &contacts);
         CAPTURE(k, name(lower->kind()), name(upper->kind()), answer.signed_distance);
@@ -396,7 +397,7 @@ TEST_CASE("contacts lie midway between the surfaces along the normal, on faces a
     for (std::size_t ib = 0; ib < shapes.size(); ++ib)
       for (int i = 0; i < 12; ++i) {
         const Shape &a = shapes[ia], &b = shapes[ib];
-        // One upon the other, a cone's base down and a capsule on its side, up to a degree and a half off.
+        // One lying on the other, a cone's base down and a capsule on its side, up to a degree and a half off.
         const auto lying = [&](const Shape& s, bool above) {
           const bool turned = (s.kind() == ShapeKind::cone) != above;
           const double turn = s.kind() == ShapeKind::capsule ? 0.5 * M_PI : turned ? M_PI : 0;
@@ -449,14 +450,14 @@ TEST_CASE("patches: contacts of about one normal are one, found by the deepest, 
   }
   CHECK(of_down == 4);
   CHECK(deepest == Approx(0.59));
-  // Without the deepest, and again with it: nothing of the one is left in the other.
+  // Without the deepest, and again with it: no data of one call remain in the other.
   std::vector<Contact> few;
   patches.finish(Vec3::Zero(), false, few, 0.575);
   REQUIRE(few.size() == 8);
   double left = 0;
   for (const Contact& c : few) {
     left = std::max(left, c.depth);
-    if (c.feature / 64 == 9) CHECK(c.feature % 64 < 2);  // numbered among those that are left
+    if (c.feature / 64 == 9) CHECK(c.feature % 64 < 2);  // numbered among the remaining ones
   }
   CHECK(left == Approx(0.57));
   std::vector<Contact> again(1);

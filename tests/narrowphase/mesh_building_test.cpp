@@ -1,5 +1,4 @@
-// Meshes made ready for queries: on any number of threads the same, watched, ended, and no more of it than was asked
-// for.
+// Building meshes: the same on any number of threads, with progress, ended by limits, and only what was asked for.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -28,7 +27,7 @@ using Catch::Matchers::Contains;
 
 namespace {
 
-// Every third part on another thread; throws what a part threw.
+// Every third part on another thread; rethrows exceptions.
 const PartRunner on_throwing_threads = [](std::size_t parts, const std::function<void(std::size_t)>& part) {
   std::mutex lock;
   std::exception_ptr thrown;
@@ -46,15 +45,14 @@ const PartRunner on_throwing_threads = [](std::size_t parts, const std::function
   if (thrown) std::rethrow_exception(thrown);
 };
 
-// More triangles than one thread keeps to itself.
+// More triangles than one thread takes.
 Mesh large(bool solid) {
   Mesh mesh = torus(1, 0.4, 200, 160);
   mesh.solid = solid;
   return mesh;
 }
 
-// Each triangle with corners of its own, moved by up to so many units in the last place; every third wound the other
-// way.
+// Each triangle with its own corners, moved by up to so many units in the last place; every third reversed.
 Mesh soup(const Mesh& mesh, int ulps, bool turned) {
   Mesh out;
   std::mt19937 random(7);
@@ -207,7 +205,7 @@ TEST_CASE("building: progress rises to 1, one call at a time, and may end it") {
     BuildOptions options{runner, nullptr, [&](double part) {
                            together += inside.exchange(true) ? 1 : 0;
                            told.push_back(part);
-                           std::this_thread::sleep_for(std::chrono::milliseconds(1));  // others come meanwhile
+                           std::this_thread::sleep_for(std::chrono::milliseconds(1));  // other threads come meanwhile
                            inside = false;
                          }};
     const Shape shape(input, options);

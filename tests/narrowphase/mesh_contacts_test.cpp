@@ -1,4 +1,5 @@
-// Patches of two meshes that overlap a little: as deep as the least translation, along it, and the same a hair away.
+// Patches of two meshes that overlap slightly: as deep as the least translation, along it, and stable under tiny
+// motions.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,7 +19,7 @@ namespace {
 using Corner = std::array<double, 2>;
 using Sides = std::array<std::uint32_t, 3>;
 
-/// A profile, its corners in turn and triangles that fill it, drawn out along z.
+/// A profile, as its corners and triangles that fill it, extruded along z.
 Mesh drawn_out(const std::vector<Corner>& profile, const std::vector<Sides>& fill, double half) {
   Mesh mesh;
   const auto n = static_cast<std::uint32_t>(profile.size());
@@ -44,7 +45,7 @@ Mesh t_body() {
                    {{0, 1, 7}, {1, 4, 7}, {4, 6, 7}, {4, 5, 6}, {1, 2, 3}, {1, 3, 4}}, .3);
 }
 
-/// Each triangle with corners of its own, as files have them.
+/// Each triangle with its own corners, as files have them.
 Mesh split(const Mesh& mesh) {
   Mesh out;
   out.solid = mesh.solid;
@@ -82,8 +83,7 @@ Shape some_body(reference::Random& random, double scale) {
   return Shape(random.once_in(2) ? split(mesh) : mesh);
 }
 
-/// As steps ask for them: what takes the place of contacts that are too deep is searched for, and may be found
-/// elsewhere.
+/// As in steps: replacements of contacts that are too deep are found by a search, possibly elsewhere.
 std::vector<Contact> contacts_without_bounds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   std::vector<Contact> contacts;
   NarrowPhase({.mesh_bounds = false}).solve(a, pose_a, b, pose_b, Request::contacts, &contacts);
@@ -91,7 +91,7 @@ std::vector<Contact> contacts_without_bounds(const Shape& a, const Pose& pose_a,
 }
 
 /// Moves B, which does not touch A there, from pose_b + far * along towards A until it has sunk in by `sink`; false if
-/// it passes by.
+/// it misses.
 bool sink_in(const Shape& a, const Pose& pose_a, const Shape& b, Pose& pose_b, const Vec3& along, double far,
              double sink) {
   const Vec3 from = pose_b.translation;
@@ -111,7 +111,7 @@ bool sink_in(const Shape& a, const Pose& pose_a, const Shape& b, Pose& pose_b, c
   return true;
 }
 
-/// Has each contact of either list one like it in the other?
+/// True if each contact of either list has a similar one in the other.
 bool alike(const std::vector<Contact>& some, const std::vector<Contact>& others) {
   const auto all_known = [](const std::vector<Contact>& of, const std::vector<Contact>& among) {
     return std::all_of(of.begin(), of.end(), [&](const Contact& c) {
@@ -135,7 +135,7 @@ TEST_CASE("a mesh body with an edge or a corner in a mesh wall is pushed along t
     mesh.solid = i % 4 < 2;
     const Shape body(mesh);
     const Pose pose_a{random.rotation(), random.vec(-1, 1)};
-    // Edges of the profile level with the wall, corners where it leans.
+    // Edges of the profile parallel to the wall, corners where it leans.
     Mat3 turn =
         (Eigen::AngleAxisd(random.in(0, 6), Vec3::UnitZ()) * Eigen::AngleAxisd(random.in(0.1, 1.4), Vec3::UnitX()))
             .toRotationMatrix();
@@ -181,7 +181,7 @@ TEST_CASE(
                                         [&](const Contact& c) { return c.normal.dot(deepest->normal) > 0.9999; });
     if (one_normal && answer.status == Status::ok && -answer.signed_distance > 1e-10) {
       CHECK(deepest->depth > -0.7 * answer.signed_distance);
-      // Of edges that cross aslant the curve's normal may lead a longer translation out.
+      // For edges that cross obliquely the curve's normal may give a longer translation.
       farther += deepest->depth > -1.3 * answer.signed_distance;
       ++judged;
     }
@@ -275,7 +275,7 @@ TEST_CASE("where a convex body overlaps a concave mesh a little, contacts are as
 }
 
 TEST_CASE("at the end of an edge what rises on beyond it pushes, not the edge") {
-  // The reentrant corner of the profile, on its upper face: one edge ends there, the face goes on beside it.
+  // The reentrant corner of the profile, on its upper face: one edge ends there, the face continues beside it.
   const Shape body(l_body());
   const Vec3 corner(-.2, -.2, .3);
   for (const double lean : {0.05, 0.1, 0.2, 0.3}) {

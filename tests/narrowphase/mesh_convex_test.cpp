@@ -1,3 +1,4 @@
+// A mesh and a convex shape: verdicts, distances, contacts.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -57,7 +58,7 @@ Mesh level_ground(double width, int n, bool flip = false) {
   return mesh;
 }
 
-// A hollow box: the inner shell faces inward.
+// A hollow box: the inner surface faces inward.
 Mesh hollow_box(const Vec3& outer, const Vec3& inner) {
   Mesh mesh = box_mesh(outer, 2);
   const Mesh hole = box_mesh(inner, 2);
@@ -95,7 +96,7 @@ Mat3 rows(const Vec3& x, const Vec3& y, const Vec3& z) {
   return m;
 }
 
-// A prism of a U in the xy plane: a bar and two arms.
+// A prism with a U-shaped profile in the xy plane: a bar and two arms.
 Mesh u_body(double half) {
   Mesh m;
   m.solid = true;
@@ -116,7 +117,7 @@ Mesh u_body(double half) {
   return m;
 }
 
-// Some edges cut by a triangle without area: what remains of the next triangle beside it keeps the whole edge.
+// Divides some edges by a degenerate triangle: the next triangle beside it keeps the whole edge.
 Mesh with_flat_triangles(Mesh m, Random& r) {
   for (int i = 0; i < 6; ++i) {
     const auto t = static_cast<std::size_t>(r.below(static_cast<int>(m.triangles.size())));
@@ -153,7 +154,7 @@ TEST_CASE("a surface keeps from a convex shape what its nearest triangle keeps, 
       const Pose pa = random_pose(r, i % 3 == 0 ? 1e3 : 1);
       Pose pb = random_pose(r, 2);
       pb.translation += pa.translation;
-      // Apart, then moved along the normal to a gap of 10^-1 .. 10^-13.
+      // Separated, then moved along the normal to a gap of 10^-1 .. 10^-13.
       PairAnswer d = answer(mesh, pa, shape, pb);
       if (d.signed_distance <= 0) continue;
       const double gap = std::pow(10, -1 - i % 13) * (i % 2 == 0 ? 1 : -1);
@@ -186,9 +187,9 @@ TEST_CASE("contacts with a single triangle have the depth of that triangle, over
   Random r(77);
   int deep = 0, apart = 0;
   for (const Shape& shape : convex_shapes()) {
-    if (shape.kind() == ShapeKind::triangle) continue;  // two meshes: no gaps are told
+    if (shape.kind() == ShapeKind::triangle) continue;  // two meshes: no distances are reported
     for (int i = 0; i < 300; ++i) {
-      // From much larger than the shape to a third of it; the shape's centre a little to a lot above it, or across.
+      // From much larger than the shape to a third of it; the shape's centre slightly to far above it, or across.
       const double width = std::pow(10, r.in(-1, 0.7));
       const std::array<Vec3, 3> corners{width * Vec3(0.8, -0.5, 0), width * Vec3(0, 0.9, 0),
                                         width * Vec3(-0.8, -0.5, 0)};
@@ -217,7 +218,7 @@ TEST_CASE("contacts with a single triangle have the depth of that triangle, over
       ++deep;
       CHECK(std::abs(found.signed_distance - truth.signed_distance) <= truth.error_bound + 1e-8);
       CHECK(found.collide == (found.signed_distance <= 0));
-      // The normal is one along which that much separates them.
+      // A translation by that length along the normal separates them.
       const PairAnswer off = answer(one, pa, shape, moved(pb, (2e-8 - found.signed_distance) * found.normal));
       CHECK(off.signed_distance > -1e-8);
     }
@@ -252,7 +253,7 @@ TEST_CASE("containment is exact: on faces, edges and corners, a bit outside, in 
   CHECK(is_inside(hollow, Vec3(0.75, 0, 0)));
   CHECK_FALSE(is_inside(hollow, Vec3(1 + 1e-15, 0, 0)));
 
-  // Posed: a multiple of a power of two and a turn by a quarter are exact; so is the answer.
+  // In a pose: a multiple of a power of two and a quarter turn are exact, and so is the answer.
   Pose turned;
   turned.rotation << 0, -1, 0, 1, 0, 0, 0, 0, 1;
   turned.translation = Vec3(1 << 20, 0, -(1 << 20));
@@ -277,11 +278,11 @@ TEST_CASE("a solid with a cavity: what floats in it touches nothing") {
     CHECK(r.signed_distance < 0);
     CHECK_FALSE(collide(shell, Pose{}, s, Pose::at(5, 0, 0)));
   }
-  // Wholly in the wall.
+  // Completely inside the wall.
   const Shape ball(Sphere{0.1});
   CHECK(collide(shell, Pose{}, ball, Pose::at(0.75, 0, 0)));
   CHECK(answer(shell, Pose{}, ball, Pose::at(0.75, 0, 0)).signed_distance == Approx(-0.35).margin(1e-12));
-  // And a solid wholly in a convex shape.
+  // And a solid completely inside a convex shape.
   CHECK(collide(shell, Pose{}, Box{Vec3(9, 9, 9)}, Pose{}));
   CHECK(answer(shell, Pose{}, Box{Vec3(4, 5, 6)}, Pose{}).signed_distance == Approx(-3).margin(1e-12));
 }
@@ -339,7 +340,7 @@ TEST_CASE("shallow overlaps with a torus: the depth is found, mostly proven, and
       for (int i = 0; i < 24; ++i) {
         const Pose pa = random_pose(r, 1);
         Pose pb = moved(random_pose(r, 2), pa.translation);
-        // From within its tube, too, where that is hollow.
+        // Also from within its tube, if that is hollow.
         const double u = r.in(0, 6);
         if (!solid && i % 3 == 0) pb.translation = pa * Vec3(std::cos(u), std::sin(u), 0);
         PairAnswer d = answer(mesh, pa, shape, pb);
@@ -354,7 +355,7 @@ TEST_CASE("shallow overlaps with a torus: the depth is found, mostly proven, and
         proven += d.status == Status::ok ? 1 : 0;
         CHECK(depth <= sunk * (1 + 1e-5));
         CHECK_FALSE(collide(mesh, pa, shape, moved(pb, d.normal * (depth + 1e-9))));
-        // No way is shorter than what is certain: not any, not near the one found.
+        // No translation is shorter than the proven bound: neither any, nor near the one found.
         for (int k = 0; k < 60; ++k) {
           const Vec3 n = k % 2 == 0 ? r.direction() : (d.normal + 0.3 * r.direction()).normalized();
           CHECK(collide(mesh, pa, shape, moved(pb, n * (0.9999 * certain))));
@@ -362,7 +363,7 @@ TEST_CASE("shallow overlaps with a torus: the depth is found, mostly proven, and
       }
       CAPTURE(name(shape.kind()), solid);
       CHECK(all > 8);
-      // Flat ones have little that a point of theirs proves.
+      // For flat ones few points prove a bound.
       CHECK(proven >= (shape.kind() == ShapeKind::sphere || shape.kind() == ShapeKind::capsule ? all : all / 3));
     }
   }
@@ -497,7 +498,7 @@ TEST_CASE("what misses a mesh by less than rounding is apart, by a little") {
 }
 
 TEST_CASE("triangles without area in a mesh are the segments and points that they are") {
-  // Three points on a line, the third between the others, through a box.
+  // Three collinear points, the third between the others, through a box.
   const std::array<Vec3, 3> line{Vec3(0.6, 0.5, 0.6), Vec3(-0.6, -0.5, -0.7), Vec3(-0.24, -0.2, -0.31)};
   const Shape mesh(Mesh{{line[0], line[1], line[2]}, {{0, 1, 2}}, false}), one(Triangle{line}), box(Box{Vec3(1, 1, 1)});
   const MeshAnswers through = answers(mesh, Pose{}, box, Pose{});
@@ -505,7 +506,7 @@ TEST_CASE("triangles without area in a mesh are the segments and points that the
   CHECK(through.distance.signed_distance == Approx(answer(one, Pose{}, box, Pose{}).signed_distance));
   CHECK(!through.contacts.empty());
 
-  // The way out of the other triangle's normal, which rounding has made, is not the shortest.
+  // The translation along the other triangle's normal, an effect of rounding, is not the shortest.
   const Shape two(Mesh{{Vec3(0.2, 0.4, -1.1), Vec3(0.3, -0.2, -0.9), Vec3(0.2, 0.4, -1.1),
                         Vec3(0.00820837755841397, -0.2890612818835353, -0.3592202536913357),
                         Vec3(-0.5634604823250254, -0.17104761523968398, -0.9379941060444951),
@@ -518,7 +519,7 @@ TEST_CASE("triangles without area in a mesh are the segments and points that the
   CHECK(ball.collide);
   CHECK(-ball.distance.signed_distance < 0.05);
 
-  // Many of them: the mesh collides if one of its triangles does, and keeps what the nearest keeps.
+  // Many of them: the mesh collides if one of its triangles does, and its distance is that of the nearest.
   Random r(91);
   int hits = 0;
   for (int i = 0; i < 1500; ++i) {
@@ -621,7 +622,7 @@ TEST_CASE("no contact of a convex shape with a concave mesh is deeper than the t
     if (!(depth > 0)) continue;
     CAPTURE(i, name(b.kind()), depth, found.deepest);
     REQUIRE(!found.contacts.empty());
-    // That moves it free, so no contact may ask for more.
+    // That separates it, so no contact may be deeper.
     CHECK_FALSE(collide(a, pa, b, moved(pb, found.distance.normal * (depth + 1e-8))));
     CHECK(found.deepest <= depth * (1 + 2e-9) + 1e-11);
     exact += found.contact.status == Status::ok ? 1 : 0;
@@ -673,6 +674,6 @@ TEST_CASE("without bounds most of the deepest contacts of a convex shape with a 
       if (!collide(ring, Pose{}, convex, moved(at, (1e-9 - a.signed_distance) * a.normal))) ++separated;
     }
   CHECK(deep > 100);
-  // A deepest contact that is as deep as the deepest triangle is taken without a look at what else is in the way.
+  // A deepest contact as deep as the deepest triangle is accepted without examining other obstacles.
   CHECK(separated > 0.6 * deep);
 }

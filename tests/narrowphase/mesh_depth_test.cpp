@@ -1,5 +1,5 @@
-// What the deepest contact of two meshes is promised to be: a translation that separates them, with a bound on how much
-// shorter one might be, whatever the size of the bodies and of their triangles.
+// The documented properties of the deepest contact of two meshes: a translation that separates them, with a bound on
+// how much shorter one might be, for all sizes of bodies and triangles.
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -42,8 +42,8 @@ Mesh bumpy_sphere(int n, double bump) {
   return mesh;
 }
 
-/// Of two that collide: the deepest contact is the answer's depth, its bound meets the distance's, and moving by
-/// it separates where its status is ok or the distance knows a shorter translation.
+/// For two that collide: the deepest contact is the answer's depth, its bound agrees with the distance's, and a
+/// translation by it separates if its status is ok or the distance has a shorter translation.
 void check_deepest(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double size) {
   const NarrowPhase solver;
   std::vector<Contact> contacts;
@@ -74,7 +74,7 @@ TEST_CASE("mesh depth: two bumpy spheres with their centres .95 apart are as dee
     CAPTURE(n);
     check_deepest(a, {}, a, at, 2);
     std::vector<Contact> contacts;
-    // Each holds a ball of radius .92 about its centre: as long as these overlap, so do the meshes.
+    // Each contains a ball of radius .92 about its centre: as long as these overlap, so do the meshes.
     CHECK(-NarrowPhase().solve(a, {}, a, at, Request::contacts, &contacts).signed_distance >= 2 * 0.92 - 0.95);
   }
 }

@@ -1,4 +1,4 @@
-// Contacts of two meshes that are apart by no more than the margin.
+// Contacts of two separated meshes within the margin.
 #include <algorithm>
 #include <random>
 
@@ -27,7 +27,7 @@ double distance(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb) 
   return NarrowPhase().solve(a, pa, b, pb, Request::distance).signed_distance;
 }
 
-// A square plate of n by n cells of edge 1 at height 0, its corners' heights by a function.
+// A square plate of n by n cells of edge 1 at height 0, with the heights of its vertices by a function.
 template <class Height>
 Mesh plate(std::uint32_t n, const Height& height) {
   Mesh mesh;
@@ -42,7 +42,7 @@ Mesh plate(std::uint32_t n, const Height& height) {
   return mesh;
 }
 
-// Both surfaces are there, half the gap away at most; other places of them may be nearer.
+// Both surfaces are at most half the gap away; other parts of them may be nearer.
 void check_contact(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, const Contact& c, double margin) {
   const double gap = -c.depth, size = a.size() + b.size();
   CHECK(gap > 0);
@@ -87,7 +87,7 @@ TEST_CASE("mesh gaps: two fine plates are held at the corners of what they share
     CHECK(std::min(std::abs(c.point.x() - 3.25), std::abs(c.point.x() - 24)) < 1e-9);
     CHECK(std::min(std::abs(c.point.y() - 4.5), std::abs(c.point.y() - 24)) < 1e-9);
   }
-  // Two crests of different height, 16 apart: both push.
+  // Two crests of different height, 16 apart: both have contacts.
   const Shape wave = Shape(plate(24, [](std::uint32_t i, auto) { return i == 4 ? 1.0 : i == 20 ? 0.9 : 0.0; }));
   const Found crests = gaps(wave, Pose{}, flat, Pose::at(0, 0, 1.1), 0.25);
   REQUIRE(crests.contacts.size() == 4);

@@ -1,3 +1,4 @@
+// Distances of meshes, compared with all pairs of triangles.
 #include "meshes/traversal/mesh_nearest.h"
 
 #include <algorithm>
@@ -22,7 +23,7 @@ std::uint32_t index(reference::Random& random, std::size_t count) {
   return static_cast<std::uint32_t>(random.below(static_cast<int>(count)));
 }
 
-/// Of triangles about the poles and the meridians between them.
+/// Made of triangles about the poles and the meridians between them.
 Mesh sphere(double radius, int rows) {
   Mesh mesh;
   const int columns = 2 * rows;
@@ -41,7 +42,7 @@ Mesh sphere(double radius, int rows) {
   return mesh;
 }
 
-/// Triangles here and there, some of them needles or without area.
+/// Random triangles, some of them needles or degenerate.
 Mesh soup(reference::Random& random, std::size_t triangles, double scale) {
   Mesh mesh;
   for (std::uint32_t i = 0; i < triangles; ++i) {
@@ -51,7 +52,7 @@ Mesh soup(reference::Random& random, std::size_t triangles, double scale) {
     for (int k = 0; k < 3; ++k) {
       Vec3 corner = middle + size * random.vec(-1, 1);
       if (form == 1) corner = middle + size * k * along + 1e-9 * random.vec(-1, 1);  // a needle
-      if (form == 2 && k == 2) corner = mesh.vertices.back() / scale;                // a line
+      if (form == 2 && k == 2) corner = mesh.vertices.back() / scale;                // a segment
       mesh.vertices.push_back(scale * corner);
     }
     mesh.triangles.push_back({3 * i, 3 * i + 1, 3 * i + 2});
@@ -73,7 +74,7 @@ double least_distance(const Shape& a, const Pose& pose_a, const Shape& b, const 
   return least;
 }
 
-/// The triangles under a place of the hierarchy.
+/// The triangles below a node of the hierarchy.
 void collect(const MeshModel& mesh, std::uint32_t ref, std::vector<std::uint32_t>& out) {
   if (is_leaf(mesh, ref)) return out.push_back(leaf_triangle(mesh, ref));
   each_child(mesh, ref, [&](std::uint32_t child) { collect(mesh, child, out); });
@@ -136,7 +137,7 @@ TEST_CASE("edges of two triangles in lanes are those of one pair at a time, bit 
     Corners p, q;
     for (std::size_t k = 0; k < 3; ++k) p[k] = random.vec(-1, 1), q[k] = random.vec(-1, 1);
     if (n % 5 == 0) q[1] = q[0] + 2 * (p[1] - p[0]);  // one edge along another
-    if (n % 7 == 0) q[2] = q[1];                      // one without length
+    if (n % 7 == 0) q[2] = q[1];                      // an edge without length
     const PlacedTriangle a(p), b(q);
     EdgePairs found;
     nearest_on_edges(a.edges, b.edges, found);

@@ -1,3 +1,4 @@
+// Queries of a mesh's hierarchy.
 #include "shapes/mesh_builder.h"
 #include "meshes/traversal/mesh_query.h"
 

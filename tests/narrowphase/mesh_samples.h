@@ -1,3 +1,4 @@
+// Meshes for tests.
 #pragma once
 #include <cmath>
 #include <numbers>
@@ -23,7 +24,7 @@ inline Mesh torus(double ring, double tube, int segments, int sides) {
   return mesh;
 }
 
-/// A closed box with its centre at the origin, every face cut into n x n squares.
+/// A closed box with its centre at the origin, every face divided into n x n squares.
 inline Mesh box_mesh(const Vec3& size, int n = 1) {
   Mesh mesh;
   mesh.solid = true;

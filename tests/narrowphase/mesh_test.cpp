@@ -1,3 +1,4 @@
+// Two meshes: exact intersections, distances, depths, contacts.
 #include <fcl/narrowphase/collision.h>
 
 #include <cstdlib>
@@ -41,7 +42,7 @@ std::vector<Contact> contacts_of(const Shape& a, const Pose& pa, const Shape& b,
   return contacts;
 }
 
-// How far B must go along d from where it is until the two no longer touch, to 1e-12; they touch now.
+// The length by which B must move along d until the two no longer touch, to 1e-12; they touch now.
 double separation(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, const Vec3& d) {
   double in = 0, out = a.size() + b.size();
   for (int i = 0; i < 50; ++i) (collide(a, pa, b, moved(pb, (in + out) / 2 * d)) ? in : out) = (in + out) / 2;
@@ -125,7 +126,7 @@ TEST_CASE("all intersecting triangle pairs of two meshes are those of all agains
   std::mt19937_64 random(21);
   std::size_t found = 0;
   for (int i = 0; i < 30; ++i) {
-    // Every third in the same frame: edges and faces then lie in each other.
+    // Every third pair in one frame: edges and faces then coincide.
     const Pose pa = i % 3 ? Pose::from(random_turn(random), random_point(random, 1)) : Pose{};
     const Pose pb = i % 3 ? Pose::from(random_turn(random), random_point(random, 1)) : Pose::at(0.25 * (i % 5), 0, 0);
     TriangleTest test(pa, pb, 2);
@@ -146,7 +147,7 @@ TEST_CASE("all intersecting triangle pairs of two meshes are those of all agains
 }
 
 TEST_CASE("a small mesh whose corners just pierce or just miss a large one: what single precision blurs is found") {
-  // Fine triangles far from the middle.
+  // Fine triangles far from the centre.
   Mesh large{{{-1, -1, -1}, {-1, -0.9, -1}, {-1, -1, -0.9}}, {{0, 1, 2}}};
   constexpr std::uint32_t row = 12;
   for (std::uint32_t x = 0; x < row; ++x)
@@ -210,7 +211,7 @@ TEST_CASE("stretched, tiny, far, aligned and shifted meshes: every pair that exa
     for (std::uint32_t x = 0; x < mesh_of(a).triangles.size(); ++x)
       for (std::uint32_t y = 0; y < mesh_of(b).triangles.size(); ++y) {
         const auto p = mesh_of(a).corners(x), q = mesh_of(b).corners(y);
-        // Far apart by any account: not worth the exact answer.
+        // Clearly separated: the exact answer is not needed.
         Bounds bp{p[0], p[0]}, bq{test.in_a(q[0]), test.in_a(q[0])};
         for (std::size_t k = 1; k < 3; ++k) {
           bp = {bp.lo.cwiseMin(p[k]), bp.hi.cwiseMax(p[k])};
@@ -358,7 +359,7 @@ TEST_CASE("a point is inside a torus by its formula") {
   std::mt19937_64 random(23);
   int inside = 0;
   for (int i = 0; i < 3000; ++i) {
-    // Many in planes that hold edges of the mesh.
+    // Many in planes that contain edges of the mesh.
     Vec3 p = random_point(random, 1.5);
     if (i % 2) p[i % 3] = 0;
     const double from_core = std::hypot(p.head<2>().norm() - 1, p.z());
@@ -385,7 +386,7 @@ TEST_CASE("solid meshes collide when one holds the other; surfaces do not") {
       const PairAnswer r = NarrowPhase().solve(outer, Pose{}, inner, in, Request::distance);
       CHECK((r.signed_distance < 0) == solid);
       if (solid) {
-        // Moving the inner one out takes the tube's radius at least; the bound must hold the truth.
+        // A translation of the inner one out is at least the tube's radius; the bound must contain the true depth.
         CHECK(-r.signed_distance > 0.6);
         CHECK(-r.signed_distance - separation(outer, Pose{}, inner, in, r.normal) > -1e-6);
         CHECK_FALSE(contacts_of(outer, Pose{}, inner, in).empty());
@@ -443,7 +444,7 @@ TEST_CASE("contacts of meshes that are apart say how far at least, linked and ne
           NarrowPhase({.mesh_gaps = false}).solve(ring, a, *other, b, Request::contacts, &contacts);
       REQUIRE(no_gap.collide == answer.collide);
       if (answer.collide) REQUIRE(no_gap.signed_distance == answer.signed_distance);
-      if (!answer.collide && answer.normal.isZero(0)) REQUIRE(no_gap.signed_distance == 0);  // told by the triangles
+      if (!answer.collide && answer.normal.isZero(0)) REQUIRE(no_gap.signed_distance == 0);  // by the triangles
       if (answer.collide) continue;
       const PairAnswer truth = NarrowPhase().solve(ring, a, *other, b, Request::distance);
       ++apart;
@@ -451,7 +452,7 @@ TEST_CASE("contacts of meshes that are apart say how far at least, linked and ne
       overlapping_hulls += answer.normal.isZero(0) ? 1 : 0;
       REQUIRE(answer.signed_distance >= 0);
       REQUIRE(answer.signed_distance <= truth.signed_distance * (1 + 1e-12));
-      // So near that single precision does not tell: two triangles do.
+      // So near that single precision cannot decide: two triangles do.
       const Pose close = moved(b, -(1 - 1e-6) * truth.signed_distance * truth.normal);
       const PairAnswer nearly = NarrowPhase().solve(ring, a, *other, close, Request::contacts, &contacts);
       if (nearly.collide) continue;
@@ -493,7 +494,7 @@ TEST_CASE("contacts of shallow solid meshes separate them, with few points") {
   struct Sample {
     const char* what;
     Shape a, b;
-    double depth, least;  // share of poses that the deepest contact alone sets free
+    double depth, least;  // fraction of poses that the deepest contact alone separates
   };
   const Shape ring(torus(0.6, 0.25, 24, 24)), cube(box_mesh(Vec3(1, 1, 1), 3));
   for (const Sample& s : {Sample{"tori, barely", ring, ring, 1e-6, 0.95}, Sample{"tori", ring, ring, 0.01, 0.3},
@@ -551,10 +552,10 @@ TEST_CASE("a mesh box standing on others has four contacts straight up, of the d
   }
 }
 
-// A hunt by records with exact answers: two surfaces of boxes that stood on each other exactly had contacts as deep as
-// the boxes are wide; a triangle in the plane of a mesh had some beside both.
+// From a random search with exact answers: two surfaces of boxes that stood on each other exactly had contacts as deep
+// as the boxes are wide; a triangle in the plane of a mesh had some on both sides.
 TEST_CASE("faces that lie on each other have contacts without depth over all that they share") {
-  // A step: seen from the side an L, two high and wide.
+  // A step: an L from the side, two high and wide.
   Mesh step;
   step.solid = true;
   const double x[] = {0, 2, 2, 1, 1, 0}, y[] = {0, 0, 2, 2, 1, 1};
@@ -579,7 +580,7 @@ TEST_CASE("faces that lie on each other have contacts without depth over all tha
   const Mesh cover{{{-0.4, 0, -0.4}, {0.4, 0, -0.4}, {0.4, 0, 0.4}, {-0.4, 0, 0.4}}, {{0, 2, 1}, {0, 3, 2}}};
   const struct {
     Shape below, above;
-    double height;  // of what is above, to stand on what is below
+    double height;  // of the upper body, to stand on the lower one
     double low_x, high_x;
   } rows[] = {
       {surface(slab), surface(cube), 0.9, -1.5, 1.5}, {surface(slab), surface(fine), 0.9, -1.5, 1.5},
@@ -590,8 +591,8 @@ TEST_CASE("faces that lie on each other have contacts without depth over all tha
   for (const auto& row : rows)
     for (const Mat3& turn : {Mat3(Mat3::Identity()), Quat(0.8, 0.1, -0.5, 0.3).normalized().toRotationMatrix()})
       for (const double shift : {0.1, 0.25, 0.4, 0.55, 0.75}) {
-        // Half the cube at most hangs over an end, none of it into the step's wall. Turned, rounding would part them or
-        // not.
+        // At most half of the cube hangs over an end, none of it into the step's wall. When rotated, rounding would
+        // decide contact.
         const double sunk = turn(0, 0) == 1 ? 0 : 1e-13;
         if (sunk > 0 && &row - rows >= 6) continue;
         const double at = row.low_x + shift;
@@ -617,8 +618,7 @@ TEST_CASE("faces that lie on each other have contacts without depth over all tha
       }
 }
 
-// Found by the same hunt: half of the triangles, by the way round that their corners go, were pushed out at the far
-// side.
+// From the same search: half of the triangles, depending on their orientation, were pushed out at the far side.
 TEST_CASE("sheets of many triangles that lie on each other have four contacts at the corners of what they share") {
   const auto sheet = [](std::uint32_t n) {
     Mesh mesh;
@@ -733,7 +733,7 @@ TEST_CASE("identical, touching and zero-area meshes have finite answers") {
         if (std::abs(d.signed_distance) > 1e-9) CHECK(hit == (d.signed_distance < 0));
         const auto contacts = contacts_of(mesh, Pose{}, other, pose);
         CHECK((hit || contacts.empty()));
-        // Of boxes that share a face, all the same.
+        // For boxes that share a face, all the same.
         if (hit && other.kind() == ShapeKind::mesh && &other == &shapes[1] && mesh_of(mesh).triangles.size() == 12 &&
             at == Vec3(1, 0, 0))
           for (const Contact& c : contacts) {

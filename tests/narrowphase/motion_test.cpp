@@ -1,4 +1,4 @@
-// Motions and the first touch of bodies that turn.
+// Motions and the first contact of rotating bodies.
 #include "tandem/narrowphase/motion.h"
 
 #include <cmath>
@@ -24,7 +24,7 @@ TEST_CASE("a motion is a screw: its ends, its halves, and angles of every size")
     CHECK((pose_at(m, 1).translation - m.to.translation).norm() == 0);
     CHECK((pose_at(m, std::nextafter(1.0, 0.0)).translation - m.to.translation).norm() < 1e-14);
     CHECK((pose_at(m, std::nextafter(1.0, 0.0)).rotation - m.to.rotation).norm() < 1e-14);
-    // Of a screw every stretch is a screw: the middle of the first half is the quarter.
+    // Every part of a screw is a screw: the middle of the first half is the quarter.
     const Motion first_half{m.from, pose_at(m, 0.5)};
     CHECK((pose_at(first_half, 0.5).translation - pose_at(m, 0.25).translation).norm() < 1e-13);
     CHECK((pose_at(first_half, 0.5).rotation - pose_at(m, 0.25).rotation).norm() < 1e-13);
@@ -35,7 +35,7 @@ TEST_CASE("a motion is a screw: its ends, its halves, and angles of every size")
 TEST_CASE("first touch on motions: analytic answers") {
   const NarrowPhase n;
   const Shape rod = Box{{2, 0.2, 0.2}}, post = Sphere{0.1}, plate = HalfSpace{{0, 0, 1}, 0};
-  // A rod that turns a quarter about its middle meets a post at its side after asin(0.2 / 0.9).
+  // A rod that makes a quarter turn about its middle hits a post at its side after asin(0.2 / 0.9).
   Motion quarter;
   quarter.to.rotation = Eigen::AngleAxisd(std::acos(0.0), Vec3::UnitZ()).toRotationMatrix();
   const Pose at = Pose::at(0, 0.9, 0);
@@ -43,7 +43,7 @@ TEST_CASE("first touch on motions: analytic answers") {
   REQUIRE(touch);
   CHECK(std::abs(touch->t - (1 - std::asin(0.2 / 0.9) / std::acos(0.0))) < 1e-9);
   CHECK_FALSE(n.time_of_impact(rod, quarter, post, Motion{Pose::at(0, 1.2, 0), Pose::at(0, 1.2, 0)}));
-  // The same seen from the post: the rod stands, the post goes round it the other way.
+  // The same relative to the post: the rod stands, the post moves around it in the opposite direction.
   Motion round{at, at};
   round.to = Pose{quarter.to.rotation.transpose(), quarter.to.rotation.transpose() * at.translation};
   const auto seen = n.time_of_impact(post, round, rod, Motion{});
@@ -57,7 +57,7 @@ TEST_CASE("first touch on motions: analytic answers") {
   const double angle = std::asin(0.6 / std::hypot(1, 0.1)) - std::atan2(0.1, 1);
   CHECK(std::abs(down->t - angle / std::acos(0.0)) < 1e-9);
   CHECK(std::abs(down->normal.z() + 1) < 1e-9);
-  // The floor turns instead.
+  // The floor rotates instead.
   const auto floor = n.time_of_impact(plate, Motion{Pose{}, Pose{tilt.to.rotation.transpose(), Vec3::Zero()}}, rod,
                                       Motion{tilt.from, tilt.from});
   CHECK(floor);

@@ -1,5 +1,5 @@
-// Slivers and long thin hulls beside flat-faced shapes a thousand times smaller and more, judged by the reference: the
-// rounding of the large one is a part of the small one's size, and of the thin one's width.
+// Slivers and long thin hulls beside shapes with flat faces a thousand times smaller and more, judged by the reference:
+// the rounding of the large one is noticeable relative to the small one's size, and to the thin one's width.
 #include <algorithm>
 #include <cmath>
 #include <vector>
@@ -13,8 +13,8 @@ using namespace tandem::test;
 
 namespace {
 
-constexpr double allowed_error = 1e-12;  ///< of what a pair reaches over: distances and points
-constexpr double loose = 3e-12;          ///< the same: from one point to the other against distance x normal
+constexpr double allowed_error = 1e-12;  ///< relative to the extent of a pair: distances and points
+constexpr double loose = 3e-12;          ///< the same: the vector between the points against distance x normal
 
 double small(Random& r, double least, double most) { return std::pow(10.0, -r.in(least, most)); }
 
@@ -72,7 +72,7 @@ TEST_CASE("slivers and long thin hulls with something much smaller: apart, touch
     const Shape a = needle(r), b = speck(r);
     const Pose pose_a{r.rotation(), Vec3::Zero()};
     Pose pose_b{r.rotation(), r.in(0, 1) * r.direction()};
-    // As near as a wanted gap.
+    // Within a given gap.
     const double gap = r.once_in(8) ? 0.0 : r.sign() * small(r, 3, 14);
     for (int i = 0; i < 2; ++i) {
       const reference::Truth t = reference::signed_distance(a, pose_a, b, pose_b);
@@ -84,7 +84,7 @@ TEST_CASE("slivers and long thin hulls with something much smaller: apart, touch
 }
 
 TEST_CASE("a hull 1e-8 wide around a point 1e-5 of that inside: no verdict by a simplex that is flat") {
-  // The simplex of four points seemed to hold the origin; moved out by the depth, they collided.
+  // The simplex of four points seemed to contain the origin; moved out by the depth, they collided.
   const Shape hull(
       Convex{{Vec3(2e-08, -1e-07, 0.4), Vec3(7.5e-10, -2.3e-07, -0.93), Vec3(-2e-08, 1e-07, -0.9),
               Vec3(2e-08, 1e-07, -0.2), Vec3(-1.57e-08, -1.23e-07, 0.974), Vec3(1.42e-08, 3.22e-07, 0.725)}});

@@ -1,10 +1,11 @@
+// Restricts kernels to one instruction set.
 #pragma once
 #include <hwy/targets.h>
 #include <cstdint>
 
 namespace tandem::test {
 
-/// One instruction set alone while it lives.
+/// Restricts kernels to one instruction set while it lives.
 class OneInstructionSet {
  public:
   explicit OneInstructionSet(std::int64_t target) { choose(target); }

@@ -1,4 +1,4 @@
-// Runners of a work's parts, to show that nothing depends on their order.
+// Runners of parts in various orders, to show that results do not depend on it.
 #pragma once
 #include "tandem/narrowphase/part_runner.h"
 

@@ -1,5 +1,5 @@
-// Bounds on the depth: against closed forms, and against what they promise: moved by the translation the two are apart,
-// moved by less than the lower bound in any direction they collide.
+// Bounds on the depth, compared with closed forms and with their meaning: after the translation the two are separated,
+// after any translation shorter than the lower bound they collide.
 #include "tandem/narrowphase/penetration.h"
 
 #include <cmath>
@@ -22,7 +22,7 @@ using reference::Random;
 
 constexpr double turn = 2 * std::numbers::pi;
 
-/// A closed profile of radii and heights, counterclockwise, turned about z.
+/// A closed profile of radii and heights, counterclockwise, revolved about z.
 Mesh turned(const std::vector<std::array<double, 2>>& profile, std::uint32_t around) {
   Mesh mesh;
   mesh.solid = true;
@@ -43,7 +43,7 @@ Mesh ring(double inner, double outer, double height, std::uint32_t around = 24) 
   return turned({{outer, -h}, {outer, h}, {inner, h}, {inner, -h}}, around);
 }
 
-/// A bowl open upwards, without a bottom in its middle: from one sphere to the other, down to a hole.
+/// A bowl open upwards with a hole in its bottom, between two spheres.
 Mesh bowl(double inner, double outer, int rows, std::uint32_t around) {
   std::vector<std::array<double, 2>> profile;
   const double lowest = 0.1, highest = turn / 4;
@@ -86,7 +86,8 @@ bool collide(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pos
   return NarrowPhase().solve(a, pose_a, b, {pose_b.rotation, pose_b.translation + move}, Request::collide).collide;
 }
 
-/// What is promised of any bounds; how often a translation shorter than the lower one was looked at.
+/// Checks the documented properties of any bounds; returns how often a translation shorter than the lower one was
+/// tried.
 void check_promise(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const DepthBounds& bounds,
                    Random& random, int moves = 300) {
   CAPTURE(bounds.lower, bounds.upper, bounds.translation.transpose());
@@ -95,7 +96,7 @@ void check_promise(const Shape& a, const Pose& pose_a, const Shape& b, const Pos
   CHECK(bounds.upper == bounds.translation.norm());
   CHECK_FALSE(collide(a, pose_a, b, pose_b, bounds.translation));
   for (int i = 0; i < moves; ++i) {
-    // Nearly as long as it may be, half of them about the translation, which leads where there is least in the way.
+    // Nearly as long as the lower bound, half of them near the translation, where least is in the way.
     const Vec3 about = bounds.translation.normalized() + random.in(0, 0.3) * random.direction();
     const Vec3 move = 0.9999 * bounds.lower * (i % 2 == 0 ? random.direction() : about.normalized());
     CAPTURE(move.transpose());
@@ -103,7 +104,7 @@ void check_promise(const Shape& a, const Pose& pose_a, const Shape& b, const Pos
   }
 }
 
-/// Turned and put somewhere, B as it lies to A.
+/// Places both in a random pose, with B relative to A as given.
 void check_depth(const Mesh& of_a, const Mesh& of_b, const Vec3& between, double least, double most) {
   Random random(71);
   const Shape a(of_a), b(of_b);
@@ -138,16 +139,17 @@ TEST_CASE("penetration: of boxes, as meshes and as boxes, it is the least overla
 }
 
 TEST_CASE("penetration: solids in each other whose depth is known") {
-  // A torus in itself, or in one as wide that is thicker: the shortest is along the axis; else its ring crosses itself.
+  // A torus in itself, or in a thicker one of the same radius: the shortest is along the axis; otherwise its ring
+  // crosses itself.
   const double flat = std::cos(turn / 2 / 16) * std::cos(turn / 2 / 32);
   check_depth(torus(1, 0.25, 32, 16), torus(1, 0.25, 32, 16), Vec3::Zero(), flat * 0.5, 0.5);
   check_depth(torus(1, 0.25, 32, 16), torus(1, 0.15, 32, 16), Vec3::Zero(), flat * 0.4, 0.4);
-  // A ring on a peg that is thicker than its hole: off over the nearer end.
+  // A ring on a peg thicker than its hole: off over the nearer end.
   check_depth(ring(0.5, 0.8, 0.4), ring(0.05, 0.55, 2), {0, 0, 0.1}, 1.1, 1.1);
-  // A ball in a bowl of a smaller radius: up until it rests on the rim.
+  // A ball in a bowl of a smaller radius: up until it rests on the edge.
   const double up = std::sqrt(0.85 * 0.85 - 0.8 * 0.8);
   check_depth(bowl(0.8, 1, 8, 32), bumpy_ball(0.85, 0, 0), Vec3::Zero(), 0.9 * up, 1.1 * up);
-  // A ball in a ball, both with hills and hollows of a tenth: from a mesh of one's own to nothing convex.
+  // A ball in a ball, both with hills and hollows of a tenth: neither is convex.
   check_depth(bumpy_ball(1, 0.1, 0.5), bumpy_ball(0.7, 0.1, 2), Vec3::Zero(), 0.9 * 1.7 * 0.95, 1.1 * 1.7);
 }
 
@@ -211,7 +213,7 @@ TEST_CASE("penetration: more boxes, better bounds; none, those of the distance")
 
 TEST_CASE("penetration: surfaces count where they are; hollows are left on either side") {
   Random random(12);
-  // A sheet that is in a solid slab as far as 0.5.
+  // A surface that is in a solid slab to a depth of 0.5.
   Mesh sheet;
   sheet.vertices = {{-0.5, -0.5, 0}, {0.5, -0.5, 0}, {0.5, 0.5, 0}, {-0.5, 0.5, 0}};
   sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
@@ -221,7 +223,7 @@ TEST_CASE("penetration: surfaces count where they are; hollows are left on eithe
   check_promise(block, {}, open, at, bounds, random, 100);
   CHECK(bounds.upper < 0.61);
   CHECK(bounds.lower > 0.55);
-  // The wall of a cup is thin: what comes through it is pushed out on the side that is nearer, be it the inside.
+  // The wall of a cup is thin: a body in it is pushed out on the nearer side, even to the inside.
   const Shape cup(ring(0.9, 1, 2, 48)), ball(bumpy_ball(0.2, 0, 0));
   for (const double middle : {0.8, 1.1}) {
     const Pose in_wall = Pose::at(middle, 0, 0);
@@ -230,7 +232,7 @@ TEST_CASE("penetration: surfaces count where they are; hollows are left on eithe
     CHECK(out.upper < 0.12);
     CHECK((out.translation.x() > 0) == (middle > 1));
   }
-  // Two surfaces: those of the distance, tested.
+  // Two surfaces: the bounds of the distance query, tested.
   const Shape other(sheet);
   const Pose across{Mat3(Eigen::AngleAxisd(1.2, Vec3(1, 0.2, 0.1).normalized())), {0.1, 0.2, 0}};
   const DepthBounds crossing = penetration_depth(open, {}, other, across);
@@ -243,22 +245,22 @@ TEST_CASE(
   Random random(13);
   const Shape ball{Sphere{0.2}}, rod{Capsule{0.2, 0.1}}, die{Box{{0.4, 0.4, 0.4}}};
   const std::vector<Shape> bodies{ball, rod, die};
-  // A wall 0.1 thick: out of it on the nearer side, be it into the hollow.
+  // A wall 0.1 thick: out of it on the nearer side, even into the cavity.
   const Shape cup(ring(0.9, 1, 2, 96));
   for (const Shape& body : bodies)
     for (const double middle : {0.8, 1.1}) {
       const Pose at = Pose::at(middle, 0, 0);
       const DepthBounds out = penetration_depth(cup, {}, body, at);
       check_promise(cup, {}, body, at, out, random, 100);
-      CHECK(out.upper < 0.14);  // 0.1, and more for the die's edges in the round hollow
+      CHECK(out.upper < 0.14);  // 0.1, and more because of the die's edges in the round cavity
       CHECK((out.translation.x() > 0) == (middle > 1));
     }
-  // The same body in the hollow is apart, of the cup as a solid and as a surface.
+  // The same body in the cavity is separated, from the cup as a solid and as a surface.
   Mesh skin = ring(0.9, 1, 2, 96);
   skin.solid = false;
   for (const Shape& body : bodies) CHECK_FALSE(penetration_depth(cup, {}, body, {}).collide);
   for (const Shape& body : bodies) CHECK_FALSE(penetration_depth(Shape(skin), {}, body, {}).collide);
-  // Within a closed surface, which has no inside, it is apart; a solid of it, it must leave.
+  // Within a closed surface, which has no inside, it is separated; a solid with that surface it must leave.
   Mesh shell = bumpy_ball(1, 0, 0);
   const Shape full(shell);
   shell.solid = false;
@@ -268,7 +270,7 @@ TEST_CASE(
     const DepthBounds deep = penetration_depth(full, {}, body, {});
     check_promise(full, {}, body, {}, deep, random, 50);
     CHECK(deep.upper > 1);
-    // Through the skin: out on either side, by what reaches to the nearer one.
+    // Through the surface: out on either side, by the shorter translation.
     for (const double middle : {0.9, 1.1}) {
       const Pose through = Pose::at(0, 0, middle);
       const DepthBounds out = penetration_depth(hollow, {}, body, through);
@@ -277,7 +279,7 @@ TEST_CASE(
       CHECK((out.translation.z() > 0) == (middle > 1));
     }
   }
-  // Without a lid it is not closed: refused as a solid, and as a surface it keeps what its triangles keep.
+  // Without a lid it is not closed: refused as a solid, and as a surface only its triangles count.
   Mesh open = shell;
   std::erase_if(open.triangles, [](const auto& t) { return t[0] == 1; });
   const Shape pot(open);
@@ -299,7 +301,7 @@ TEST_CASE("penetration: two surfaces are as deep as they cross, and apart once t
   check_promise(a, {}, b, {}, crossing, random, 200);
   CHECK(crossing.upper == Approx(0.1).margin(1e-9));
   CHECK(crossing.translation.x() < 0);
-  const Pose beyond = Pose::at(-0.11, 0, 0);  // no farther than 0.01 from it
+  const Pose beyond = Pose::at(-0.11, 0, 0);  // at most 0.01 from it
   CHECK_FALSE(penetration_depth(a, {}, b, beyond).collide);
   CHECK_FALSE(penetration_depth(a, {}, b, Pose::at(0.31, 0, 0)).collide);
 }
@@ -349,7 +351,7 @@ TEST_CASE("penetration: a limit ends the search with bounds that hold, the close
       before = bounds;
       ++told;
     } catch (const WorkStopped&) {
-      CHECK(told == 0);  // later there is always something to tell
+      CHECK(told == 0);  // later there is always a result
     }
   }
   CHECK(told >= 15);

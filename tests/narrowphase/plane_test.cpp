@@ -1,4 +1,4 @@
-// A two-sided plane: what it answers is what two half-spaces answer, one on each side.
+// A two-sided plane answers like two half-spaces, one on each side.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,7 +20,7 @@ constexpr ShapeKind bodies[] = {ShapeKind::sphere,   ShapeKind::box,      ShapeK
 
 Shape side_of(const Shape& plane, double sense) { return HalfSpace{sense * plane.normal(), sense * plane.offset()}; }
 
-/// The nearest triangle's distance, by brute force; 0 where one meets the plane.
+/// The nearest triangle's distance, by brute force; 0 where one intersects the plane.
 double nearest_triangle(const Shape& plane, const Pose& pose, const Shape& mesh, const Pose& pose_mesh) {
   double least = std::numeric_limits<double>::infinity();
   for (const auto& t : mesh.triangles()) {
@@ -152,7 +152,7 @@ TEST_CASE("plane: a mesh in pieces comes out through the nearest place without t
   crates.solid = true;
   const Shape mesh(crates), plane = Plane{{0, 0, 1}, 0};
   for (const double margin : {0.0, 0.01})
-    for (const double lift : {0.0, 0.003}) {  // cut by 0.001, or 0.002 above
+    for (const double lift : {0.0, 0.003}) {  // overlapping by 0.001, or 0.002 above
       CAPTURE(margin, lift);
       const double expected = lift - 0.001;
       const NarrowPhase solver({.margin = margin});

@@ -1,5 +1,5 @@
-// Boxes, hulls and triangles in hard positions, judged in extended precision: by the separation along the normal, and
-// for overlaps by every direction that can be the least translation: the faces' normals and the edges' products.
+// Boxes, hulls and triangles in hard positions, judged in extended precision by the separation along the normal, and
+// for overlaps by every direction that can be the least translation: face normals and cross products of edges.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -23,7 +23,7 @@ Real3 cross(const Real3& a, const Real3& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-/// A polytope in the world, its origin at the first shape's translation.
+/// A polytope in the world, relative to the first shape's translation.
 struct Posed {
   std::vector<Real3> vertices, normals, edges;
 };
@@ -60,7 +60,7 @@ Posed posed(const Shape& s, const Pose& pose, const Vec3& origin) {
   return p;
 }
 
-/// How far apart along n, of any length but 0; minus infinity for 0.
+/// The separation along n, of any length but 0; minus infinity for 0.
 Real separation(const Posed& a, const Posed& b, const Real3& n) {
   const Real length = std::sqrt(dot(n, n));
   if (!(length > 0)) return -std::numeric_limits<Real>::infinity();
@@ -70,7 +70,7 @@ Real separation(const Posed& a, const Posed& b, const Real3& n) {
   return (lo - hi) / length;
 }
 
-/// The most that a face's normal or a product of edges separates.
+/// The largest separation along a face normal or a cross product of edges.
 Real best_separation(const Posed& a, const Posed& b) {
   Real best = -std::numeric_limits<Real>::infinity();
   const auto both = [&](const Real3& n) {
@@ -80,22 +80,22 @@ Real best_separation(const Posed& a, const Posed& b) {
   for (const Real3& n : b.normals) both(n);
   for (const Real3& e : a.edges)
     for (const Real3& f : b.edges) {
-      // Nearly parallel edges give noise for a direction: a sound bound all the same, but nothing to demand.
+      // Nearly parallel edges give an arbitrary direction: a valid bound, but no requirement.
       const Real3 n = cross(e, f);
       if (dot(n, n) > 1e-24L * dot(e, e) * dot(f, f)) both(n);
     }
   return best;
 }
 
-constexpr double worst = 1e-13;  ///< error allowed, relative to the sizes
-constexpr double usual = 1e-14;  ///< and in 99 of 100 pairs
+constexpr double worst = 1e-13;  ///< permitted error, relative to the sizes
+constexpr double usual = 1e-14;  ///< permitted in 99 of 100 pairs
 
 struct Tally {
   int pairs = 0, unusual = 0;
 };
 
 void check(const Shape& a, const Pose& pa, const Shape& b, const Pose& pb, Tally& tally) {
-  if (a.kind() == ShapeKind::box && b.kind() == ShapeKind::box) return;  // these have a solver of their own
+  if (a.kind() == ShapeKind::box && b.kind() == ShapeKind::box) return;  // these have their own solver
   const NarrowPhase solver;
   const PairAnswer answer = solver.solve(a, pa, b, pb, Request::distance);
   const double size = a.size() + b.size();
@@ -192,7 +192,7 @@ TEST_CASE("polytopes: identical, concentric and aligned ones, faces on faces and
         CAPTURE(step, k);
         check(a, pa, b, pb, tally);
       }
-    // Moved along by its own edges and faces: they stay on each other.
+    // Moved along its own edges and faces: they stay in contact.
     const Hull hull = polytope_of(a);
     for (std::size_t e = 0; e < std::min<std::size_t>(hull.edges.size(), 4); ++e) {
       Pose pb = pa;

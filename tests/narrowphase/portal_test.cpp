@@ -1,3 +1,4 @@
+// Minkowski portal refinement.
 #include "convex/portal.h"
 
 #include "catch.h"
@@ -67,7 +68,7 @@ TEST_CASE("a portal of polytopes begins near its end: what it tells is right, an
           REQUIRE(std::abs(answer.signed_distance - truth.signed_distance) <= 1e-14 * reference::size(p));
           SurfaceFace face;
           surface_kernel()({a, b, relative(p.pose_a, p.pose_b)}, 1e-3 * reference::size(p), face);
-          // Where inner points coincide there is no ray.
+          // If interior points coincide there is no ray.
           if (pair_class == reference::PairClass::hard || pair_class == reference::PairClass::deep) continue;
           ++pairs;
           if (portal.verdict == Verdict::open) ++open;

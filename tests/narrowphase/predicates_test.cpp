@@ -1,3 +1,4 @@
+// Exact tests of intersecting triangles.
 #include "triangles/predicates.h"
 
 #include <boost/multiprecision/cpp_int.hpp>
@@ -17,9 +18,9 @@ using Rational = boost::multiprecision::cpp_rational;
 using Corners = std::array<Vec3, 3>;
 using Exact = std::array<Rational, 3>;
 
-// An oracle of another kind: two triangles meet if and only if no direction separates them strictly, and among the
-// directions it is enough to try the normals of both, the products of their edges, and for triangles in one plane or
-// without area the normals to edges in that plane and the edges themselves.
+// An independent reference: two triangles intersect if and only if no direction separates them strictly, and it
+// suffices to try the normals of both, the cross products of their edges, and for coplanar or degenerate triangles the
+// normals to edges in their plane and the edges themselves.
 Exact sub(const Exact& a, const Exact& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 Exact cross(const Exact& a, const Exact& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
@@ -98,7 +99,7 @@ TEST_CASE("triangles in random poses, a rounding apart from touching, agree with
     const double far = i % 2 ? 0 : 1e6;
     Pose pa = Pose::from(random_turn(random), random_point(random, 1) + Vec3::Constant(far));
     Pose pb = Pose::from(random_turn(random), random_point(random, 1) + Vec3::Constant(far));
-    // Bring a vertex of B onto a point of A, as nearly as doubles can.
+    // Moves a vertex of B onto a point of A, as nearly as doubles can.
     const Vec3 target = pa * (0.2 * a[0] + 0.3 * a[1] + 0.5 * a[2]);
     pb.translation += target - pb * b[static_cast<std::size_t>(i) % 3];
     const bool want = oracle(a, pa, b, pb);

@@ -1,5 +1,5 @@
-// Every convex kind with every other in five classes of poses, held against the reference, and against what must not
-// change: under a rigid motion, another order of a hull's points, a small step along a slide.
+// Every convex kind with every other in five classes of poses, compared with the reference and with invariants: under a
+// rigid motion, another order of a hull's points, a small step along a slide.
 #include <cmath>
 #include <utility>
 #include <vector>
@@ -25,14 +25,14 @@ constexpr ShapeRecipe kinds[] = {{ShapeKind::sphere},   {ShapeKind::box},       
                                  {ShapeKind::cylinder}, {ShapeKind::cone},      {ShapeKind::ellipsoid},
                                  {ShapeKind::convex},   {ShapeKind::halfspace}, {ShapeKind::triangle}};
 
-/// Each pair of kinds in the order given once, but two half-spaces.
+/// Each pair of kinds once in the given order, without two half-spaces.
 template <class Check>
 void for_each_pair(std::uint64_t poses, Check&& check) {
   for (std::size_t i = 0; i < std::size(kinds); ++i)
     for (std::size_t j = i; j < std::size(kinds); ++j)
       for (const PairClass c : all_pair_classes) {
         if (kinds[i].kind == ShapeKind::halfspace && kinds[j].kind == ShapeKind::halfspace) continue;
-        // The hard class has twelve ways to be hard: walk through all of them, a few a pair of kinds.
+        // The hard class has twelve subclasses: a few of each for a pair of kinds.
         const std::uint64_t first = c == PairClass::hard ? 5 * i + 7 * j : 0;
         for (std::uint64_t k = first; k < first + poses; ++k) check(make_pair(kinds[i], kinds[j], c, k));
       }
@@ -70,7 +70,7 @@ TEST_CASE("property: a rigid motion of both changes nothing") {
     q.pose_a = {turn * p.pose_a.rotation, turn * p.pose_a.translation + shift};
     q.pose_b = {turn * p.pose_b.rotation, turn * p.pose_b.translation + shift};
     const double found = distance(solver, q), before = distance(solver, p);
-    // The motion's own rounding moves the shapes: by that much, and twice for two shapes.
+    // The motion's rounding moves the shapes: by that much, and twice for two shapes.
     if (!(std::abs(found - before) <= 2 * distance_bound(p) + 8 * rounding(q)))
       FAIL_CHECK("moved " << found << " for " << before << ' ' << record(p));
   });
@@ -127,7 +127,7 @@ TEST_CASE("property: the signed distance follows a slide without a jump") {
         const double s = -2 + 4.0 * i / steps;
         p.pose_b.translation = start + s * heading;
         const double now = distance(solver, p);
-        // Moving by a step changes the distance by no more than the step.
+        // A step changes the distance by at most the step.
         if (i > 0 && !(std::abs(now - before) <= 4.0 / steps + 2 * distance_bound(p)))
           FAIL_CHECK("a step of " << 4.0 / steps << " from " << before << " to " << now << ' ' << record(p));
         before = now;

@@ -1,3 +1,4 @@
+// Random shapes and pairs.
 #pragma once
 #include "random.h"
 #include "tandem/narrowphase/narrow_phase.h"

@@ -1,5 +1,5 @@
-// The reference that judges the solvers is itself judged: by formulas, and by a second method that shares nothing with
-// it, all candidate directions for polytopes and a dense search over directions for round shapes.
+// The reference that judges the solvers is judged by formulas and by an independent method: all candidate directions
+// for polytopes, and a dense search over directions for round shapes.
 #include "reference.h"
 
 #include <algorithm>
@@ -96,7 +96,7 @@ double brute_force(const Polytope& a, const Polytope& b) {
   return static_cast<double>(best);
 }
 
-/// Farthest extent of a round shape or a box along a unit direction, in its frame.
+/// The support of a round shape or a box along a unit direction, in its frame.
 double extent(const Shape& s, const Vec3& n) {
   const double rho = std::hypot(n.x(), n.y());
   switch (s.kind()) {
@@ -125,7 +125,7 @@ double separation_by_extents(const PosedPair& p, const Vec3& n) {
          extent(p.b, -(p.pose_b.rotation.transpose() * n));
 }
 
-/// The largest separation over a lattice on the sphere, the best of it walked uphill. Ridges slow the walk down.
+/// The largest separation over a lattice on the sphere, improved by ascent from the best. Ridges slow the ascent.
 double search(const PosedPair& p) {
   const auto separation = [&](const Vec3& n) { return separation_by_extents(p, n); };
   std::vector<std::pair<double, Vec3>> tried;

@@ -1,3 +1,4 @@
+// Cylinders, cones and ellipsoids.
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
@@ -32,7 +33,8 @@ void check_against_truth(const PosedPair& p) {
   if (answer.status == Status::ok)
     CHECK(std::abs(answer.signed_distance - truth.signed_distance) <= 1e-12 * size + truth.error);
   CHECK(std::abs(answer.signed_distance - truth.signed_distance) <= 1e-8 * size + truth.error + answer.error_bound);
-  // What is said is what the direction gives: the pair is as far apart along the normal, and so are the points.
+  // The answer agrees with its direction: the separation along the normal is the distance, and so is that of the
+  // points.
   CHECK(std::abs(reference::separation(p.a, p.pose_a, p.b, p.pose_b, answer.normal) - answer.signed_distance) <=
         1e-12 * size);
   CHECK((answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm() <= 1e-10 * size);
@@ -57,7 +59,7 @@ TEST_CASE("round: distance, depth and verdict agree with the certified truth in 
 }
 
 TEST_CASE("round: two minima of nearly the same depth are told apart") {
-  // The two stand side by side on the sphere of directions in these, or opposite each other.
+  // In these the two minima are close together on the sphere of directions, or opposite to each other.
   const auto pair = [](ShapeKind a, ShapeKind b, std::uint64_t i) {
     return reference::make_pair({a}, {b}, PairClass::deep, i);
   };
@@ -70,7 +72,7 @@ TEST_CASE("round: two minima of nearly the same depth are told apart") {
 }
 
 TEST_CASE("round: an apex hardly over a rim is parted from it along the cone's side") {
-  // The minimum is 1e-4 wide on the circle of the side's normals, and 7 % below the one on the cylinder's axis.
+  // The minimum is 1e-4 wide on the circle of the lateral normals, and 7 % below the one on the cylinder's axis.
   const Pose pose_a{
       (Mat3() << 0.62032530633321126, 0.022049166408113743, -0.78403466032013847, 0.06487953079176291,
        -0.99762159391659977, 0.023276637118451914, -0.78165667706919018, -0.065306887936960475, -0.62028046042184926)
@@ -122,7 +124,7 @@ TEST_CASE("round: no minimum between the faces of a hull is lost") {
   for (const std::uint64_t i : {303u, 644u, 1088u, 1364u}) check(ShapeKind::cone, PairClass::hard, i);
   check(ShapeKind::cone, PairClass::shallow, 868);
   check(ShapeKind::cylinder, PairClass::hard, 1827);
-  // A walk from the least direction itself led uphill.
+  // A descent from the least direction itself led uphill.
   check_against_truth(reference::make_pair({ShapeKind::cone}, {ShapeKind::convex, 256}, PairClass::hard, 90003));
 }
 
@@ -218,7 +220,7 @@ Shape thin_shape(reference::Random& r, ShapeKind kind) {
   }
 }
 
-/// Straight, quarter turns, tilted by next to nothing or in any way.
+/// Aligned, quarter turns, slightly tilted or arbitrary.
 Mat3 random_turn(reference::Random& r) {
   const Mat3 quarter = (Mat3() << 0, 0, 1, 1, 0, 0, 0, 1, 0).finished();
   switch (r.below(5)) {
@@ -239,7 +241,8 @@ Mat3 random_turn(reference::Random& r) {
 }  // namespace
 
 TEST_CASE("round: axes that are parallel to the last digits") {
-  // The two circles of directions square to the axes meet where rounding says, and every direction on one is as good.
+  // The two circles of directions perpendicular to the axes intersect where rounding decides, and every direction on
+  // one is equally good.
   const Shape can(Cylinder{0.3, 1}), tin(Cylinder{0.3, 0.25}), coin(Cylinder{1.5, 0.015}), needle(Capsule{0.18, 64}),
       pill(Capsule{0.1, 1}), dot(Capsule{0.3, 3e-12}), cone(Cone{0.5, 1});
   const NarrowPhase solver;
@@ -273,7 +276,7 @@ TEST_CASE("round: a stretched ellipsoid has no minimum too narrow to find") {
 }
 
 TEST_CASE("round: a small shape deep in a large one is known to rounding") {
-  // Every direction square to the large one's axis is as good to a ten-thousandth.
+  // Every direction perpendicular to the large one's axis is equally good to a ten-thousandth.
   const NarrowPhase solver;
   reference::Random r(3);
   const Shape big(Cylinder{37.5, 97}), tall(Cone{33.6, 101});
@@ -284,7 +287,7 @@ TEST_CASE("round: a small shape deep in a large one is known to rounding") {
         const Pose pose{r.rotation(), r.vec(-1e-3, 1e-3)};
         const PairAnswer answer = solver.solve(*large, {}, small, pose, Request::distance);
         CHECK(answer.status == Status::ok);
-        // A bound by the truth of points of the small one: the centre's depth and how far it reaches about it.
+        // A bound by points of the small one: the centre's depth and its extent.
         const double centre = solver.solve(*large, {}, Shape(Sphere{0}), pose, Request::distance).signed_distance;
         CHECK(answer.signed_distance < centre);
         CHECK(answer.signed_distance >= centre - small.size());
@@ -334,7 +337,7 @@ TEST_CASE("round: thin shapes of every kind, touching, tilted and concentric, ar
 TEST_CASE("round: almost the same all around, they are solved to the end") {
   const NarrowPhase solver;
   reference::Random r(63);
-  // The reference takes seconds where all directions round about are alike: a few hundred of them, then.
+  // The reference takes seconds if all directions around are alike: only a few hundred of these.
   const auto check = [&](const PosedPair& p) {
     const PairAnswer answer = solver.solve(p.a, p.pose_a, p.b, p.pose_b, Request::distance);
     CHECK(answer.status == Status::ok);
@@ -350,7 +353,7 @@ TEST_CASE("round: almost the same all around, they are solved to the end") {
       }
     CHECK(most <= answer.signed_distance + slack);
   };
-  // About one centre and along one axis, or not quite.
+  // Concentric and coaxial, or almost.
   const Shape shapes[] = {Cylinder{0.5, 0.8}, Cylinder{0.3, 1.4}, Cone{0.5, 0.9}, Cone{0.7, 0.4}};
   for (const Shape& a : shapes)
     for (const Shape& b : shapes)
@@ -362,7 +365,7 @@ TEST_CASE("round: almost the same all around, they are solved to the end") {
           CAPTURE(name(a.kind()), name(b.kind()), off, tilt);
           check({a, pose_a, b, {turn * pose_a.rotation, pose_a.translation + off * r.direction()}});
         }
-  // And next to balls.
+  // And beside balls.
   for (const ShapeKind k : {ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::cone, ShapeKind::ellipsoid})
     for (int i = 0; i < 8; ++i) {
       const Shape a = k == ShapeKind::capsule    ? Shape(Capsule{0.3, 0.8})
@@ -409,7 +412,7 @@ TEST_CASE("round: gjk by its name has the last digits too, a hair apart and deep
         }
         const PairAnswer found = gjk.solve(p.a, p.pose_a, p.b, p.pose_b, Request::distance);
         CAPTURE(name(p.a.kind()), name(k), i, truth.signed_distance, found.error_bound);
-        // From inside it may have found another minimum than the least, and then says so.
+        // From inside it may have found another minimum than the least, and then reports that.
         CHECK(std::abs(found.signed_distance - truth.signed_distance) <=
               1e-12 * reference::size(p) + (truth.signed_distance < 0 ? found.error_bound + truth.error_bound : 0));
       }
@@ -532,7 +535,7 @@ TEST_CASE("round: the least depth over two rims is found, however narrow it is")
          {},
          Shape(Cone{0.66252409876015395, 0.39213322748892832}),
          {cone_turn, {0.26728087440318188, -0.67810400255619574, 0.21741902189744314}}});
-  // One rim passes near the other's axis.
+  // One circle passes near the other's axis.
   const Mat3 near_axis =
       turned({-0.43637584406880436, -0.85607540495762735, 0.2769675499762983, 0.69383585931171488, -0.12418007709104439,
               0.70934554963489882, -0.57285942695081227, 0.50171128099764406, 0.64816500019153311});
@@ -540,7 +543,7 @@ TEST_CASE("round: the least depth over two rims is found, however narrow it is")
          {},
          Shape(Cylinder{0.93371753371584765, 1.0636186712127063}),
          {near_axis, {0.36230153481359695, 0.064529020546017807, 0.16708439773118158}}});
-  // Rims that are almost concentric.
+  // Circles that are almost concentric.
   check({Shape(Cylinder{0.33535796933232631, 0.52618904982555981}),
          {},
          Shape(Cylinder{0.32725834400581832, 0.045296956530123736}),

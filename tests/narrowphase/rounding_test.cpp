@@ -1,4 +1,4 @@
-// Shapes with rounding: a ball about each point of a core.
+// Shapes with rounding: a core with a radius about each point.
 #include <cmath>
 #include <span>
 #include <stdexcept>
@@ -15,7 +15,7 @@ using reference::Random;
 
 namespace {
 
-constexpr double exact = 1e-12;  // relative to what the shapes and the translation between them reach
+constexpr double exact = 1e-12;  // relative to the extent of the shapes and the translation between them
 
 struct RoundedPair {
   Shape a;
@@ -63,7 +63,7 @@ TEST_CASE("rounding: a point, a segment and a triangle without area are a sphere
       const auto alike = [&](const Shape& x, const Shape& y) {
         const RoundedPair p{x, at, other, other_at}, q{y, at, other, other_at};
         const double of_p = p.distance().signed_distance, of_q = q.distance().signed_distance;
-        // The cores' depth is the capsule's but for its radius, where they overlap.
+        // The cores' depth is the capsule's minus its radius, where they overlap.
         CHECK(std::abs(of_p - of_q) <= exact * p.scale());
         if (std::abs(of_q) > exact * p.scale()) CHECK(p.collide() == q.collide());
       };
@@ -89,7 +89,7 @@ TEST_CASE("rounding: a distance is the cores' less the radii, and witness points
         CHECK(pair.collide() == r.collide);
         CHECK((r.point_a - of_core.point_a - ra * of_core.normal).norm() <= exact * pair.scale());
         CHECK(((r.point_b - r.point_a) - r.signed_distance * r.normal).norm() <= 1e-9 * pair.scale());
-        // Moving by the depth separates, by less does not.
+        // A translation by the depth separates, a shorter one does not.
         if (r.signed_distance >= 0) continue;
         RoundedPair moved = pair;
         moved.pose_b.translation += -(r.signed_distance - 1e-9) * r.normal;
@@ -143,7 +143,7 @@ TEST_CASE("rounding: meshes with thickness touch where their surfaces are no far
     CHECK(r.collide == (gap <= 0.1));
     CHECK(found.empty() == (gap > 0.1));
   }
-  // Within a ring the shortest translation of the cores is not far enough: the answer's separates.
+  // Within a ring the shortest translation of the cores is not long enough: the answer's separates.
   const RoundedPair ball{plate.rounded(0.06), Pose{}, Shape(Sphere{0.5}), Pose::at(0, 0, 0.3)};
   const PairAnswer r = ball.distance();
   CHECK(r.signed_distance == Approx(-0.26).margin(1e-9));

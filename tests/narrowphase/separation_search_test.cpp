@@ -1,5 +1,5 @@
-// The methods of the search for a translation that separates, each asked alone: of a box in a channel with a floor, as
-// a mesh and as a convex shape, where the shortest translation is known.
+// The methods of the search for a translation that separates, each tested alone: a box in a channel with a floor, as a
+// mesh and as a convex shape, where the shortest translation is known.
 #include <cmath>
 
 #include "catch.h"
@@ -35,7 +35,8 @@ Mesh channel() {
   return mesh;
 }
 
-/// What each method finds of a cube of side 1 that has sunk into the channel's floor by 0.1 and its right wall by 0.15.
+/// The results of each method for a cube of side 1 that has sunk into the channel's floor by 0.1 and its right wall by
+/// 0.15.
 void check_methods(OverlappingPair& pair) {
   const Vec3 shortest(-0.15, 0, 0.1);
   REQUIRE(pair.collide(Vec3::Zero()));

@@ -1,3 +1,4 @@
+// Shapes: checks, bounds, mass, memory.
 #include "tandem/narrowphase/shape.h"
 
 #include <algorithm>
@@ -26,7 +27,7 @@ namespace {
 
 Shape tetrahedron() { return Shape(Convex{{Vec3(0, 0, 0), Vec3(1, 0, 0), Vec3(0, 2, 0), Vec3(0, 0, 3)}}); }
 
-// Is a point in the shape, by its definition? For the kinds with a closed form.
+// True if the shape contains the point, by definition; for kinds with a closed form.
 bool holds(const Shape& s, const Vec3& p) {
   const double across = p.head<2>().norm();
   switch (s.kind()) {
@@ -140,7 +141,7 @@ TEST_CASE("bounds hold the shape and touch it on all six sides") {
       const Bounds b = shape.bounds(pose);
       Vec3 lo = Vec3::Constant(1e9), hi = -lo;
       for (int k = 0; k < 40000; ++k) {
-        // Push random points out to the surface along a ray from an inner point.
+        // Projects random points to the surface along a ray from an inner point.
         const Vec3 d = random_point(random, 1).normalized();
         const Vec3 from = shape.kind() == ShapeKind::convex ? hull_of(shape).inside : Vec3(0, 0, 0);
         double in = 0, out = shape.size();
@@ -277,7 +278,7 @@ TEST_CASE("corners of a surface that differ by rounding are one, as equal ones a
     CHECK(mesh.closed);
     CHECK(mesh.components().size() == 1);
     CHECK(mesh.neighbours() == expected);
-    // A ball that rests on it has one contact, and none from sides that would be borders.
+    // A ball that rests on it has one contact, and none from inner edges.
     std::vector<Contact> contacts;
     NarrowPhase().solve(Shape(apart(by)), {}, Sphere{0.2}, Pose::at(1, 0.02, 0.49), Request::contacts, &contacts);
     CHECK(contacts.size() == 1);
@@ -302,7 +303,7 @@ TEST_CASE("shape: a half-space made of a half-space's normal and offset is the s
 }
 
 TEST_CASE("meshes: built by parts on several threads, or by hand in any order, the hierarchy is the same") {
-  const Mesh input = torus(1, 0.4, 320, 160);  // more triangles than one thread keeps to itself
+  const Mesh input = torus(1, 0.4, 320, 160);  // more triangles than one thread takes
   const MeshModel alone = build_mesh(input);
   const PartRunner backwards = [](std::size_t parts, const std::function<void(std::size_t)>& part) {
     for (std::size_t k = parts; k-- > 0;) part(k);
@@ -331,7 +332,7 @@ TEST_CASE("meshes: built by parts on several threads, or by hand in any order, t
 
 TEST_CASE("shapes: what several share of memory is counted once") {
   const Shape mesh(torus(1, 0.4, 40, 20)), hull = tetrahedron(), ball = Sphere{1};
-  const std::size_t parts = ball.memory();  // what every shape has
+  const std::size_t parts = ball.memory();  // the memory of every shape
   const auto both = [](const Shape& a, const Shape& b) { return memory_of(std::array<Shape, 2>{a, b}); };
   CHECK(memory_of(std::array<Shape, 1>{mesh}) == mesh.memory());
   CHECK(both(mesh, mesh) == mesh.memory());

@@ -1,3 +1,4 @@
+// Spheres, a pair a lane.
 #include <cmath>
 #include <deque>
 #include <string>
@@ -19,7 +20,7 @@ struct ToldPair {
   std::vector<Contact> contacts;
 };
 
-/// What is told of each pair.
+/// Collects the answer of each pair.
 class Answers final : public AnswerSink {
  public:
   Answers(std::size_t pairs, const std::vector<Contact>& all) : told(pairs), all_(all) {}
@@ -52,8 +53,8 @@ bool same_bits(const std::vector<Contact>& x, const std::vector<Contact>& y) {
   });
 }
 
-/// Pairs of spheres, of spheres and half-spaces in both orders, and others between, from deep to apart, many of them
-/// touching to rounding, some with one centre or no radius.
+/// Pairs of spheres, of spheres and half-spaces in both orders, and others between, from deep to separated, many
+/// touching to rounding, some concentric or of radius 0.
 struct Mixture {
   std::deque<Shape> shapes;
   std::deque<Pose> poses;

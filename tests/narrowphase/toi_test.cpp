@@ -1,3 +1,4 @@
+// Times of impact of translating shapes.
 #include <cmath>
 #include <limits>
 
@@ -130,7 +131,7 @@ TEST_CASE("time of impact: speeds of nothing, next to nothing and next to infini
       CHECK_FALSE(n.time_of_impact(wall, Pose{}, v, s, at, v, 1e3));
       CHECK_FALSE(n.time_of_impact(wall, Pose{}, Vec3::Zero(), s, at, -v, 1));
     }
-    // Both as fast as numbers go, towards each other and together.
+    // Both at the largest speed, towards each other and together.
     const Vec3 most(std::numeric_limits<double>::max(), 0, 0);
     const auto t = n.time_of_impact(wall, Pose{}, most, s, at, -most, 1);
     REQUIRE(t);

@@ -1,3 +1,4 @@
+// Verdicts of triangles and boxes by separating axes.
 #include "triangles/triangle_axes.h"
 
 #include <cmath>

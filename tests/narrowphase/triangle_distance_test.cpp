@@ -1,3 +1,4 @@
+// Distances of triangles and boxes by axes and edges.
 #include "triangles/triangle_distance.h"
 
 #include "catch.h"
@@ -14,7 +15,7 @@ struct AnsweredTally {
   int pairs = 0, answered = 0;
 };
 
-/// By the axes and edges, beside what is true; whoever is left to GJK is counted.
+/// Compares the answer by axes and edges with the reference; pairs left to GJK are counted.
 void check(const reference::PosedPair& p, AnsweredTally& tally) {
   const ConvexView a = view(p.a), b = view(p.b);
   const MinkowskiDifference d{a, b, relative(p.pose_a, p.pose_b)};
@@ -34,7 +35,7 @@ void check(const reference::PosedPair& p, AnsweredTally& tally) {
         reference::signed_distance(*shape, pose, Shape(Sphere{0}), {Mat3::Identity(), point}).signed_distance;
     CHECK(off <= 1e-11 * size + 1e-15 * (p.pose_a.translation.norm() + p.pose_b.translation.norm()));
   }
-  // Told that much is enough to be apart, it is a separation along the normal.
+  // With a limit that is exceeded, it is a separation along the normal.
   const double beyond = 0.5 * answer->signed_distance;
   if (!(beyond > 0)) return;
   const auto early = triangle_distance(d, beyond);

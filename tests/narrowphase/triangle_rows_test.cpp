@@ -1,3 +1,4 @@
+// Triangles in lanes.
 #include "triangles/triangle_rows.h"
 
 #include <Eigen/Geometry>
@@ -19,7 +20,7 @@ struct Counts {
   int meet = 0, apart = 0, unknown = 0;
 };
 
-/// Compares what is said of some pairs, in groups of all sizes, with exact arithmetic.
+/// Compares the verdicts on pairs, in groups of all sizes, with exact arithmetic.
 template <class Corner>
 Counts count_verdicts(const Pose& pose_a, const Pose& pose_b, double reach, Corner&& corner) {
   TriangleTest test(pose_a, pose_b, reach);
@@ -70,7 +71,7 @@ TEST_CASE("triangles several at a time: touching, coplanar and zero-area ones ar
   for (int i = 0; i < 20; ++i) {
     const Pose pose{poses.rotation(), poses.vec(-1e3, 1e3)};
     CHECK(count_verdicts(pose, pose, 1, corner).unknown > 20);
-    // A hair apart.
+    // Barely apart.
     const Vec3 hair = 1e-13 * poses.vec(-1, 1);
     count_verdicts(pose, {pose.rotation, pose.translation + hair}, 1, corner);
   }
@@ -125,7 +126,7 @@ TEST_CASE("farthest of points along several directions: the first of equals") {
   reference::Random random(4);
   for (std::size_t count = 1; count < 40; ++count) {
     std::vector<double> points;
-    for (std::size_t i = 0; i < 4 * count; ++i) points.push_back(random.below(3));  // a fourth number is not read
+    for (std::size_t i = 0; i < 4 * count; ++i) points.push_back(random.below(3));  // the fourth number is not read
     DirectionRows rows{};
     for (std::size_t k = 0; k < 9; ++k)
       for (auto& axis : rows.direction) axis[k] = random.below(5) - 2;

@@ -1,3 +1,4 @@
+// The triangles at a contact's point.
 #include "tandem/narrowphase/triangles_at.h"
 
 #include <cmath>
@@ -40,7 +41,7 @@ TEST_CASE("triangles at: the nearest triangle, and beside an edge the one that f
       Vec3 outward = side * Vec3::Unit(axis);
       const Vec3 corner = pose.translation + Vec3(1, 1, 1).cwiseProduct(side * Vec3::Ones());
       CHECK((normal_of(triangle_at(solid, pose, corner, outward)) - outward).norm() < 1e-12);
-      // Just off the face's middle all that counts is the place.
+      // Near the face's middle only the position counts.
       outward = Vec3::Unit((axis + 1) % 3);
       const Vec3 middle = pose.translation + 1.01 * side * Vec3::Unit(axis) + 0.1 * outward;
       CHECK((normal_of(triangle_at(solid, pose, middle, outward)) - side * Vec3::Unit(axis)).norm() < 1e-12);
@@ -75,7 +76,7 @@ TEST_CASE("triangles at: those of witness points and contacts hold them, of conv
     for (const Contact& c : contacts) {
       const auto at = triangles_at(a, pose_a, b, pose_b, c);
       CHECK(at[0] < ring.triangles.size());
-      // No other triangle of A is nearer to the contact's place on A.
+      // No other triangle of A is nearer to the contact's point on A.
       const Vec3 on_a = c.point + c.depth / 2 * c.normal;
       const double chosen = distance_of(one_triangle(ring, at[0]), pose_a, on_a);
       if (++contacts_seen % 8 == 0)

@@ -1,3 +1,4 @@
+// First impacts of vertices on straight lines.
 #include "tandem/narrowphase/vertex_impact.h"
 
 #include <algorithm>
@@ -30,12 +31,12 @@ std::string named(const ImpactQuery& q) {
   return out.str();
 }
 
-// What no answer may break, whatever the query.
+// The properties of every answer.
 void judge(const ImpactQuery& q, const VertexImpact& answer, const ExactImpact& exact) {
   if (!exact.hit()) return;
   INFO(named(q));
-  CHECK(answer.hit);                        // never a miss
-  CHECK_FALSE(exact.hit_before(answer.t));  // never late
+  CHECK(answer.hit);                        // no impact is missed
+  CHECK_FALSE(exact.hit_before(answer.t));  // none is reported late
 }
 
 bool beyond(const ImpactQuery& q, const VertexImpact& answer) {
@@ -45,7 +46,7 @@ bool beyond(const ImpactQuery& q, const VertexImpact& answer) {
   return answer.gap > 1e-6 * longest_motion(q) + 1e-12 * reach;
 }
 
-// Of the features at a time, as triangles without area where they are points and edges.
+// The distance of the features at a time, as degenerate triangles.
 double distance(const ImpactQuery& q, double t) {
   std::array<Vec3, 4> x;
   for (std::size_t v = 0; v < 4; ++v) x[v] = (1 - t) * q.from[v] + t * q.to[v];
@@ -54,7 +55,7 @@ double distance(const ImpactQuery& q, double t) {
   return NarrowPhase().solve(a, Pose{}, b, Pose{}, Request::distance).signed_distance;
 }
 
-// A mesh of so many vertices that are anywhere and move anywhere, with all kinds of candidates.
+// A mesh of so many vertices with random positions and motions, and all kinds of candidates.
 struct Meshes {
   std::array<std::vector<Vec3>, 2> from, to;
   std::vector<PointTriangle> points_of_a, points_of_b;
@@ -113,7 +114,7 @@ TEST_CASE("vertex impact: the exact judge knows what is known") {
                                   {Vec3(-1, 0, -1), {1, 0, 3}, {0, -1, 2}, {0, 1, 2}});
   CHECK_FALSE(ExactImpact(graze).hit_before(0.5));
   CHECK(ExactImpact(graze).hit());
-  // Parallel edges on one line, and beside each other.
+  // Parallel edges on one line, and side by side.
   const auto slides = [&](double y) {
     return ExactImpact(query(true, {Vec3(0, 0, 0), {1, 0, 0}, {3, y, 0}, {4, y, 0}},
                              {Vec3(2, 0, 0), {3, 0, 0}, {3, y, 0}, {4, y, 0}}));

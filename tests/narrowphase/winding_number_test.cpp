@@ -1,4 +1,4 @@
-// Generalised winding numbers against the sum over all triangles, and solids made by them.
+// Generalised winding numbers compared with the sum over all triangles, and solids made by them.
 #include "tandem/narrowphase/winding_number.h"
 
 #include <cmath>
@@ -17,7 +17,7 @@ using reference::Random;
 
 namespace {
 
-/// By the angles of the three corners of each triangle on a sphere about the place (L'Huilier).
+/// By the angles of the three corners of each triangle on a sphere about the point (L'Huilier).
 double by_all(const Mesh& mesh, const Vec3& place) {
   double sum = 0;
   for (const auto& t : mesh.triangles) {
@@ -61,7 +61,7 @@ TEST_CASE("winding number: the sum over all triangles, of closed, open, turned a
   CHECK(std::abs(closed.at({1, 0, 0}) - 1) < 1e-12);
   CHECK(std::abs(closed.at({0, 0, 0})) < 1e-12);
   CHECK(std::abs(closed.at({50, 0, 0})) < 1e-12);
-  // Half a cube is as good as none from far, and more than a half from within.
+  // Without a lid, the winding number is near 0 far away, and above a half inside.
   Mesh lidless = box_mesh({2, 2, 2}, 4);
   std::erase_if(lidless.triangles, [&](const auto& t) {
     return lidless.vertices[t[0]].z() > 0.99 && lidless.vertices[t[1]].z() > 0.99 && lidless.vertices[t[2]].z() > 0.99;
@@ -79,7 +79,7 @@ TEST_CASE("winding number: a solid of cells for a mesh with a hole") {
   CHECK(std::abs(solid.mass().volume - 8) < 1e-9);
   pot.solid = false;
   CHECK(hausdorff_distance(solid, {}, Shape(pot), {}).upper < 0.25 * std::sqrt(3.0) / 2 + 0.25);
-  // Of a closed mesh: within half the diagonal of a cell.
+  // For a closed mesh: within half the diagonal of a cell.
   Mesh ring = torus(1, 0.3, 32, 16);
   const Shape cells = voxel_solid(ring, {.size = 0.1});
   ring.solid = false;

@@ -1,4 +1,4 @@
-// A limit of the work on a pair: where it is reached the pair ends there, says so, and leaves nothing behind.
+// The limit of the work on a pair: where it is reached the pair ends, reports it, and leaves nothing behind.
 #include "tandem/narrowphase/work_limit.h"
 
 #include <semaphore>
@@ -21,7 +21,7 @@ using namespace tandem::test;
 
 namespace {
 
-/// Two placed shapes of which every request takes many looks at the limit.
+/// Two placed shapes for which every request checks the limit many times.
 struct Pair {
   Shape a, b;
   Pose at_a, at_b;
@@ -39,7 +39,7 @@ std::vector<Pair> pairs() {
           {ring, Ellipsoid{{0.8, 0.5, 1.2}}, {}, turned(0.8, 0.2, 0.1)}};
 }
 
-/// What a query tells, in numbers.
+/// The result of a query, in numbers.
 using Told = std::vector<double>;
 
 Told told(const PairAnswer& answer, const std::vector<Contact>& contacts) {
@@ -49,7 +49,7 @@ Told told(const PairAnswer& answer, const std::vector<Contact>& contacts) {
   return out;
 }
 
-/// Asks something; empty if it was stopped.
+/// A query; empty if it was stopped.
 using Ask = std::function<Told(const NarrowPhase&, const Pair&)>;
 
 Ask ask(Request request) {
@@ -126,7 +126,7 @@ TEST_CASE("work limit: every request of meshes ends where it is reached, and the
         if (at < 1 || at > all) continue;
         looks = 0, last = at;
         CHECK(question(narrow, pair).empty());
-        CHECK(looks == at);  // and no further work that looks
+        CHECK(looks == at);  // no further work that checks
       }
       last = std::numeric_limits<long>::max();
       CHECK(question(narrow, pair) == whole);
@@ -176,7 +176,7 @@ TEST_CASE("work limit: long sorts, wide patches and searches by a point look at 
 
   const Shape ring{torus(1, 0.4, 120, 60)};
   looks = 0;
-  nearest_point(mesh_of(ring), Vec3(0.01, 0.02, 0.03), &limit);  // all of its inner side is about as near
+  nearest_point(mesh_of(ring), Vec3(0.01, 0.02, 0.03), &limit);  // all of its inner side is about equally near
   CHECK(looks > 10);
   looks = 0;
   first_crossing(mesh_of(ring), Vec3(1, 0, 0), Vec3::UnitX(), &limit);
@@ -250,7 +250,7 @@ TEST_CASE("work limit: a ray through a corner of many triangles looks at it whil
     mesh.triangles.push_back({1, next, here});
   }
   const Shape cones{mesh}, ball{Sphere{0.5}};
-  NarrowPhase().solve(cones, {}, ball, {}, Request::distance);  // what is made once is there
+  NarrowPhase().solve(cones, {}, ball, {}, Request::distance);  // data computed once are then there
   int looks = 0, most = 1'000'000;
   WorkLimit limit;
   limit.ended = [&] { return ++looks > most; };
@@ -282,13 +282,13 @@ TEST_CASE("work limit: a mesh's hull is built as far as the limit lets, and the 
   limit.ended = [&] { return ++looks >= last; };
   CHECK(same(mesh_of(Shape(rough)).hull(&limit)));
   const long all = looks;
-  // A look every few faces that are made, so that no stop waits for the hull.
+  // A check every few new faces, so that no stop waits for the hull.
   CHECK(all > static_cast<long>(expected.faces.size() / 64));
   for (const long at : {1L, 2L, all / 10, all / 2, all - 5}) {
     const Shape shape(rough);
     looks = 0, last = at;
     CHECK_THROWS_AS(mesh_of(shape).hull(&limit), WorkStopped);
-    CHECK(looks <= at + 1);  // Qhull looks, and does not come to the next one
+    CHECK(looks <= at + 1);  // Qhull checks, and does not come to the next check
     CHECK(shape.memory_by_part().hull == 0);
     CHECK(same(mesh_of(shape).hull()));
   }

@@ -1,4 +1,4 @@
-// The door of libFuzzer to the reader TANDEM_READER.
+// The entry point of libFuzzer for the reader TANDEM_READER.
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>

@@ -1,3 +1,4 @@
+// Checks readers of files on arbitrary bytes.
 #include "reader_judge.h"
 
 #include <algorithm>
@@ -19,11 +20,11 @@
 namespace tandem::test {
 namespace {
 
-constexpr std::size_t refusal_bytes = 300;  // what is promised
-// Files of the fuzz targets are small: a line beyond this is too long for them.
+constexpr std::size_t refusal_bytes = 300;  // the documented limit
+// Files of the fuzz targets are small: the readers' limit of a line for them.
 constexpr std::uint64_t line_bytes = 2048;
 
-/// Something accepted that another reader did not take for the same.
+/// An accepted input that is read differently when written again.
 struct Wrong {
   std::string what;
 };
@@ -32,7 +33,7 @@ void require(bool condition, std::string_view what) {
   if (!condition) throw Wrong{std::string(what)};
 }
 
-/// A refusal is one line of valid UTF-8 under 300 characters.
+/// An error message must be one line of valid UTF-8 under 300 characters.
 void check_refusal(const std::string& what) {
   require(!what.empty() && what.size() < refusal_bytes,
           "a refusal of " + std::to_string(what.size()) + " bytes: " + what);
@@ -45,7 +46,7 @@ void check_refusal(const std::string& what) {
   }
 }
 
-/// What was accepted once must be so again.
+/// An accepted input must be accepted again.
 template <typename Read>
 auto read_again(Read&& read) {
   try {
@@ -60,7 +61,7 @@ const TemporaryFolder& folder() {
   return own;
 }
 
-/// The bytes as a file of that name. A new one: some file systems wait for the disk when an old one is written over.
+/// A new file with these bytes. New, since some file systems wait for the disk when a file is overwritten.
 std::filesystem::path file_of(std::string_view name, std::string_view bytes) {
   std::filesystem::remove(folder() / name);
   return folder().write(name, bytes);
@@ -96,7 +97,7 @@ void check_pose(const Pose& pose) {
           "a pose that reads back as another: " + once);
 }
 
-/// As `tandem query` reads: line by line, up to the shapes.
+/// As `tandem query` reads records: line by line, up to the shapes.
 void judge_pair_records(std::string_view bytes) {
   InputFile file(file_of("records.jsonl", bytes));
   ShapeReader shapes({folder().path()});
@@ -149,13 +150,13 @@ void judge_mesh(std::string_view bytes, std::string_view extension) {
   }
   const Mesh again = read_again([&] { return read_mesh_file(file_of("again.obj", obj)); });
   require(again.vertices == mesh.vertices && again.triangles == mesh.triangles, "a mesh that reads back as another");
-  // As a scene gets it, where the mesh may be refused for what it is.
+  // As a scene reads it, where the mesh itself may be refused.
   const Json json = parse_json(R"({"kind":"mesh","file":"again.obj"})");
   ShapeReader reader({folder().path()});
   check_shape(reader.read(JsonRef(json)));
 }
 
-/// What was read of a recording, written as one.
+/// A recording that was read, written again.
 std::string written_again(RecordReader& reader) {
   Scene scene = reader.scene();
   const auto path = folder() / "written.record";

@@ -1,6 +1,5 @@
-// Judges files without libFuzzer: `reader_replay READER FILE...`, or
-// `reader_replay --mutate READER FIRST_SEED COUNT FOLDER`: the folder's files and COUNT pseudo-random changes of them.
-// Prints what fails; 1 if any does.
+// Checks files without libFuzzer: `reader_replay READER FILE...`, or `reader_replay --mutate READER FIRST_SEED COUNT
+// FOLDER`: the folder's files and COUNT pseudo-random changes of them. Prints failures; exit status 1 if there are any.
 #include <sys/resource.h>
 
 #include <algorithm>
@@ -28,7 +27,7 @@ std::string bytes_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Changes that readers are known to stumble over, the same on every machine.
+/// Changes at which readers are known to fail, the same on every machine.
 class Mutator {
  public:
   explicit Mutator(std::uint64_t seed) : random_(seed) {}
@@ -85,7 +84,7 @@ class Mutator {
       case 3:
         bytes.insert(at, words[below(std::size(words))]);
         break;
-      case 4:  // in place of a number, as often as not
+      case 4:  // in place of a number, half of the time
         bytes.replace(at, std::min(count, bytes.size() - at), words[below(std::size(words))]);
         break;
       case 5:
@@ -116,7 +115,7 @@ int run(const std::vector<std::string>& words) {
     if (words.size() != 5) return usage();
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(words[4])) files.push_back(entry.path());
-    std::sort(files.begin(), files.end());  // a folder's own order differs from machine to machine
+    std::sort(files.begin(), files.end());  // the order of a folder's files differs between machines
     std::vector<std::string> seeds;
     for (const fs::path& file : files) {
       seeds.push_back(bytes_of(file));
@@ -140,7 +139,7 @@ int run(const std::vector<std::string>& words) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // Memory is bounded: what asks for more fails with std::bad_alloc, which no reader may throw for a small file.
+  // Memory is limited, so that excessive requests fail with std::bad_alloc, which no reader may throw for a small file.
   const rlimit memory{most_memory, most_memory};
   ::setrlimit(RLIMIT_AS, &memory);
   try {

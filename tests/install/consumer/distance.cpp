@@ -1,8 +1,9 @@
+// A program that uses the installed narrow phase.
 #include <tandem/narrowphase/narrow_phase.h>
 
 #include <cstdio>
 
-// Distances alone need the narrow phase alone.
+// Distances need only the narrow phase.
 int main() {
   const tandem::NarrowPhase narrow_phase;
   const auto answer = narrow_phase.solve(tandem::Sphere{1}, tandem::Pose::at(0, 0, 0), tandem::Box{{2, 2, 2}},

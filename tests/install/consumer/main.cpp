@@ -1,3 +1,4 @@
+// A program that uses the installed engine.
 #include <tandem/engine/pipeline.h>
 #include <tandem/version.h>
 

@@ -1,8 +1,9 @@
+// A program that uses the installed library for MPI.
 #include <tandem/mpi/pipeline.h>
 
 #include <cstdio>
 
-// A row of touching balls, added by all ranks in turn: every rank hears of all contacts.
+// A row of touching balls, added by all ranks in turn: every rank gets all contacts.
 int main(int argc, char** argv) {
   int provided = 0;
   MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);

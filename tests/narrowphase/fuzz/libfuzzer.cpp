@@ -1,4 +1,4 @@
-// The door of libFuzzer. `pair_fuzz --strict ...` judges strictly; all else on its command line is libFuzzer's.
+// The entry point of libFuzzer. `pair_fuzz --strict ...` judges strictly; other arguments are libFuzzer's.
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// Makes pairs of shapes from bytes.
 #include "pair_bytes.h"
 
 #include <array>
@@ -20,7 +21,7 @@ class Reader {
   }
   double unit() { return static_cast<double>(word() >> 11) * 0x1p-53; }
 
-  /// A length > 0: mostly a round one, else any of a decade, else any double.
+  /// A length > 0: usually a simple one, else any of a decade, else any double.
   double length() {
     constexpr std::array<double, 8> round = {1, 0.5, 2, 0.25, 1.5, 0.1, 0.3, 3};
     const std::uint8_t mode = byte();
@@ -41,7 +42,7 @@ class Reader {
 
  private:
   double decade() {
-    // Most sizes near 1; the extremes now and then.
+    // Most sizes are near 1; some are extreme.
     const std::uint8_t b = byte();
     const int exponent = b < 192 ? b % 5 - 2 : b % 25 - 12;
     double d = 1;
@@ -104,7 +105,7 @@ Mat3 read_rotation(Reader& r) {
     return m;
   }
   Quat q(1, 0, 0, 0);
-  if (mode < 192) {  // next to nothing
+  if (mode < 192) {  // tiny angles
     const double small = std::ldexp(1.0, -(20 + mode % 33));
     q = Quat{1, small * (r.unit() - 0.5), small * (r.unit() - 0.5), small * (r.unit() - 0.5)};
   } else {
@@ -127,7 +128,7 @@ Pose read_pose_of_b(Reader& r, const Shape& a, const Pose& pose_a, const Shape& 
     p.translation += r.point();
     return p;
   }
-  // Boxes around them touch along an axis, or almost.
+  // Their bounding boxes touch along an axis, or almost.
   const Bounds box_a = a.bounds(pose_a), box_b = b.bounds({p.rotation, pose_a.translation});
   const int k = mode % 3;
   const double touch = box_a.hi[k] - box_b.lo[k];

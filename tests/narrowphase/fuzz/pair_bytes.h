@@ -1,3 +1,4 @@
+// Makes pairs of shapes from bytes, for fuzzing.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -8,9 +9,9 @@
 
 namespace tandem::test {
 
-/// Any bytes as a pair of posed convex shapes: round numbers and any double, exact rotations and almost parallel ones,
-/// sizes from 1e-12 to 1e12, poses that touch. Missing bytes are 0. Empty where the door refuses the shapes or there
-/// are two half-spaces.
+/// A pair of posed convex shapes from any bytes: simple numbers and any double, exact rotations and almost parallel
+/// ones, sizes from 1e-12 to 1e12, poses that touch. Missing bytes are 0. Empty if the shapes are refused or there are
+/// two half-spaces.
 std::optional<reference::PosedPair> pair_from_bytes(std::span<const std::uint8_t> bytes);
 
 }  // namespace tandem::test

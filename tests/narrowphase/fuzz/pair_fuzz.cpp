@@ -1,3 +1,4 @@
+// Judges the narrow phase on pairs made from bytes.
 #include "pair_fuzz.h"
 
 #include <algorithm>
@@ -22,7 +23,7 @@ bool finite(const PairAnswer& r) {
          std::isfinite(r.error_bound) && r.error_bound >= 0 && std::abs(r.normal.norm() - 1) < 1e-12;
 }
 
-/// Sizes, aspects and the way between them within 1e5 of each other.
+/// True if sizes, aspect ratios and the distance are within 1e5 of each other.
 bool is_moderate(const PosedPair& p) {
   const auto thin = [](const Shape& s) {
     if (!s.is_bounded()) return false;
@@ -36,7 +37,7 @@ bool is_moderate(const PosedPair& p) {
          between < span_of_sizes * (a + b);
 }
 
-/// A hundredth of its length thick or more, in every direction.
+/// True if the shape is at least a hundredth of its length thick in every direction.
 bool is_plump(const Shape& s) {
   switch (s.kind()) {
     case ShapeKind::halfspace:
@@ -62,7 +63,7 @@ bool is_plump(const Shape& s) {
 
 bool has_curved_core(const PosedPair& p) { return !is_polytope(p.a.kind()) || !is_polytope(p.b.kind()); }
 
-/// Numbers, always; and the truth to `share` of the size, and the same with A and B exchanged, unless `share` is 0.
+/// Answers must be finite, right to `share` of the size, and the same with A and B exchanged; `share` 0: only finite.
 std::string judge_coarsely(const NarrowPhase& solver, const PosedPair& p, double share) {
   std::vector<Contact> contacts;
   const PairAnswer r = solver.solve(p.a, p.pose_a, p.b, p.pose_b, Request::contacts, &contacts);

@@ -1,3 +1,4 @@
+// Judges the narrow phase on pairs made from bytes.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -5,20 +6,20 @@
 
 namespace tandem::test {
 
-/// What is asked of the answers, beside numbers that are some and no exceptions.
+/// The requirements on answers, in addition to being finite and without exceptions.
 enum class Asked {
-  /// Of shapes with sizes within 1e5 of each other that are nowhere thinner than a hundredth of their length: the
-  /// truth to a thousandth of the size, and the same with A and B exchanged. No exceptions to it are known.
+  /// For shapes with sizes within 1e5 of each other that are nowhere thinner than a hundredth of their length: right to
+  /// a thousandth of the size, and the same with A and B exchanged. No violations are known.
   of_plump,
-  /// The same of all. Rare exceptions: segments and flat hulls in a cone, triangles and plates in round shapes.
+  /// The same for all. Rare violations: segments and flat hulls in a cone, triangles and plates in round shapes.
   of_all,
-  /// Strictly of pairs without a cylinder, cone or ellipsoid, else the truth to a thousandth of the size, of all.
+  /// Strict for pairs without a cylinder, cone or ellipsoid, else right to a thousandth of the size, for all.
   of_flat_strictly,
-  /// All that judge() asks of pairs whose sizes and aspects lie within 1e5 of each other, and 1e-7 of the rest.
+  /// All checks of judge() for pairs whose sizes and aspect ratios are within 1e5 of each other, and 1e-7 for the rest.
   strictly
 };
 
-/// Empty, or what is wrong with the answers for the pair that the bytes make, and its record.
+/// What is wrong with the answers for the pair made from the bytes, and its record; empty if nothing.
 std::string judge_bytes(std::span<const std::uint8_t> bytes, Asked asked);
 
 }  // namespace tandem::test

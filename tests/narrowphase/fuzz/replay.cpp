@@ -1,5 +1,5 @@
-// Judges inputs of the fuzz target without libFuzzer: files, or pseudo-random bytes. Prints what fails; 1 if any does.
-// And writes libFuzzer something to begin with: one input for every two kinds of shape.
+// Judges inputs of the fuzz target without libFuzzer: files, or pseudo-random bytes. Prints failures; exit status 1 if
+// there are any. Also writes initial inputs for libFuzzer: one for every two kinds of shape.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -24,7 +24,7 @@ std::vector<std::uint8_t> random_input(std::uint64_t seed) {
   return input;
 }
 
-/// The first pseudo-random input of every two kinds, without the bytes that say nothing.
+/// The first pseudo-random input of every two kinds, without unused bytes.
 void write_seeds(const std::filesystem::path& folder) {
   std::set<std::string> written;
   for (std::uint64_t k = 0; k < 2000; ++k) {
