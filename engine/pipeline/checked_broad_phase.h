@@ -1,3 +1,4 @@
+// Checks the pairs of a user's broad phase.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -16,11 +17,12 @@
 
 namespace tandem {
 
-/// A user's broad phase, whose pairs are looked at before anybody trusts them: bodies that are not there would be read.
+/// A user's broad phase, whose pairs are checked before they are used: bodies that do not exist would otherwise be
+/// read.
 class CheckedBroadPhase final : public BroadPhase {
  public:
-  /// `notes_twice`: a pair that comes twice is refused at once, by a set of all pairs, which takes some 100 ns a pair;
-  /// needed where two threads at a pair would be in each other's way.
+  /// `notes_twice`: a duplicate pair is refused at once, by a set of all pairs, which takes some 100 ns a pair; needed
+  /// where two threads on the same pair would conflict.
   CheckedBroadPhase(std::unique_ptr<BroadPhase> own, bool notes_twice)
       : own_(std::move(own)), seen_(notes_twice ? std::make_unique<PairSet>() : nullptr) {
     if (own_ == nullptr) throw std::invalid_argument("own_broad_phase: made none, allowed: a broad phase");
@@ -48,13 +50,13 @@ class CheckedBroadPhase final : public BroadPhase {
   std::size_t memory() const override { return own_->memory(); }
 
  private:
-  /// Pairs of a step, from many threads.
+  /// The pairs of a step, from many threads.
   class PairSet {
    public:
     void clear() {
       for (Part& part : parts_) part.keys.clear();
     }
-    /// False if it is there.
+    /// False if it is there already.
     bool add(Pair pair) {
       const auto [low, high] = std::minmax(pair.a, pair.b);
       const std::uint64_t key = std::uint64_t{high} << 32 | low;
@@ -71,7 +73,7 @@ class CheckedBroadPhase final : public BroadPhase {
     std::array<Part, 64> parts_;
   };
 
-  /// Hands on the pairs of a block if they are pairs.
+  /// Passes on the pairs of a block if they are valid.
   class Gate final : public PairSink {
    public:
     Gate(std::size_t boxes, std::size_t block, PairSink& sink, PairSet* seen)
@@ -96,7 +98,7 @@ class CheckedBroadPhase final : public BroadPhase {
                                   "), allowed: two different boxes of " + std::to_string(boxes_));
     }
 
-    // As it is told of a list that has the pair twice.
+    // With the message for a list that has the pair twice.
     [[noreturn]] static void refuse_twice(Pair pair) {
       const auto [low, high] = std::minmax(pair.a, pair.b);
       throw std::invalid_argument("own_broad_phase: put the pair (" + std::to_string(low) + ", " +
@@ -111,7 +113,7 @@ class CheckedBroadPhase final : public BroadPhase {
   };
 
   std::unique_ptr<BroadPhase> own_;
-  std::unique_ptr<PairSet> seen_;  // null: twice is not looked for
+  std::unique_ptr<PairSet> seen_;  // null: duplicates are not checked
   std::size_t boxes_ = 0;
 };
 

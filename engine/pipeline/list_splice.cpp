@@ -1,3 +1,4 @@
+// Replaces ranges of a list of contacts in place.
 #include "pipeline/list_splice.h"
 
 #include <algorithm>
@@ -11,8 +12,8 @@ std::size_t first_contact(const ContactList& list, std::size_t pair) {
 
 }  // namespace
 
-// What goes to the left may lie over what did so before it, what goes to the right over what does so after it: each of
-// such a row is moved before others come over it. Rows do not meet.
+// Moves elements within a vector. Elements moved to the left may overwrite the old places of those before, elements
+// moved to the right those after: each range is moved before its place is overwritten. Destinations do not overlap.
 template <class T>
 void ListSplicer::move(std::span<const Segment> segments, std::vector<T>& values) {
   const auto at = [&](std::size_t place) { return values.begin() + static_cast<std::ptrdiff_t>(place); };
@@ -35,8 +36,8 @@ void ListSplicer::move(std::span<const Segment> segments, std::vector<T>& values
 void ListSplicer::apply(std::span<const Splice> splices, const ContactList& other, ContactList& base) {
   pairs_.clear();
   contacts_.clear();
-  std::size_t pair = 0, contact = 0;        // what comes next, in the list as it was
-  std::size_t to_pair = 0, to_contact = 0;  // and in the one that it will be
+  std::size_t pair = 0, contact = 0;        // next element in the old list
+  std::size_t to_pair = 0, to_contact = 0;  // and in the new one
   const auto stay = [&](std::size_t end) {
     const std::size_t contact_end = first_contact(base, end);
     pairs_.push_back({pair, end - pair, to_pair});

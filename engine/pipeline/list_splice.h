@@ -1,3 +1,4 @@
+// Replaces ranges of a list of contacts in place.
 #pragma once
 #include <cstdint>
 #include <span>
@@ -7,22 +8,23 @@
 
 namespace tandem {
 
-/// In a list, pairs [at, at + removed) and their contacts give way to pairs [from, from + added) of another list.
+/// A replacement: pairs [at, at + removed) of a list and their contacts are replaced by pairs [from, from + added) of
+/// another list.
 struct Splice {
   std::uint32_t at = 0, removed = 0;
   std::uint32_t from = 0, added = 0;
 };
 
-/// Changes parts of a list where it lies: what comes before the first change of length is not touched, nor is what
-/// comes after changes that cancel out.
+/// Changes ranges of a list in place: elements before the first change of length are not moved, nor are those after
+/// changes that cancel out.
 class ListSplicer {
  public:
-  /// Splices by ascending places, none of which overlap; they are all of `base` as it was. In both lists contacts lie
-  /// by the order of their pairs, without gaps.
+  /// Splices with ascending, non-overlapping places, all in terms of the old `base`. In both lists contacts are in the
+  /// order of their pairs, without gaps.
   void apply(std::span<const Splice> splices, const ContactList& other, ContactList& base);
 
  private:
-  /// Elements that stay, and where they go.
+  /// Unchanged elements, and their destination.
   struct Segment {
     std::size_t from, count, to;
   };

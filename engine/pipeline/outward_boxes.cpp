@@ -1,3 +1,4 @@
+// Rounds boxes outward to floats, several at once (vector kernel).
 #include "pipeline/outward_boxes.h"
 
 #include <limits>
@@ -27,7 +28,7 @@ void round_outward(const BoundsRows* bounds, double grow, FloatRows* out) {
     const auto nearest = hn::DemoteTo(f, x);
     const auto is_below = hn::Lt(hn::PromoteTo(d, nearest), x);
     const auto below = hn::Gt(hn::DemoteTo(f, hn::IfThenElseZero(is_below, hn::Set(d, 1.0))), hn::Zero(f));
-    // The next float above by its bits: farther from 0 or nearer to it; from either 0 the smallest of all.
+    // The next float above, by its bits: away from 0 or towards it; from either 0 the smallest positive float.
     const auto bits = hn::IfThenZeroElse(hn::Eq(nearest, hn::Zero(f)), nearest);
     const auto step = hn::Or(hn::BroadcastSignBit(hn::BitCast(i, bits)), hn::Set(i, 1));
     return hn::IfThenElse(below, hn::BitCast(f, hn::Add(hn::BitCast(i, bits), step)), nearest);

@@ -1,16 +1,17 @@
+// Rounds boxes outward to floats, several at once.
 #pragma once
 #include <cstddef>
 
 namespace tandem {
 
-/// Bounds of a few bodies on one axis after the other, in doubles.
+/// The bounds of a few bodies in doubles, axis by axis.
 struct BoundsRows {
   static constexpr std::size_t bodies = 64;
   alignas(64) double lo[3][bodies];
   alignas(64) double hi[3][bodies];
 };
 
-/// Boxes of bodies in rows, in single precision.
+/// The boxes of bodies in rows, in single precision.
 struct FloatRows {
   alignas(64) float lo[3][BoundsRows::bodies];
   alignas(64) float hi[3][BoundsRows::bodies];

@@ -11,17 +11,17 @@
 
 namespace tandem {
 
-/// Guesses by the last step which pairs cost the most, from one number a body: the cost of its costliest pair. It
-/// decides who is begun first, never an answer.
+/// Estimates from the last step which pairs cost the most, with one number a body: the cost of its costliest pair. It
+/// decides the order of work, never an answer.
 class PairCosts {
  public:
-  /// From what cost (ns) on a pair is one of the costliest, if the costliest of all takes `most_ns` and a batch should
-  /// take `batch`.
+  /// The cost (ns) from which on a pair is one of the costliest, if the costliest of all takes `most_ns` and a batch
+  /// should take `batch`.
   static double costliest_from(double most_ns, std::chrono::nanoseconds batch) {
     return std::max(static_cast<double>(batch.count()), 0.5 * most_ns);
   }
 
-  /// What was learned since is from now on what is guessed from.
+  /// From now on estimates use what was learned since the last call.
   void begin_step(std::size_t bodies) {
     before_.swap(now_);
     before_.resize(bodies);
@@ -30,12 +30,13 @@ class PairCosts {
     most_ = most == before_.end() ? 0 : *most;
   }
 
-  /// Both bodies had a pair that cost as much as a batch should take, and at least half of the costliest of all.
+  /// True if both bodies had a pair that cost at least as much as a batch should take, and half of the costliest of
+  /// all.
   bool is_costliest(Pair pair, std::chrono::nanoseconds batch) const {
     return std::min(before_[pair.a], before_[pair.b]) >= costliest_from(most_, batch);
   }
 
-  /// From many threads at once. What no batch is short of leaves no trace, nor the line of memory it would be in.
+  /// From many threads at once. Costs below that of a batch are not stored, so that their cache line is not written.
   void learn(Pair pair, std::chrono::nanoseconds took) {
     const auto ns = static_cast<std::uint32_t>(std::clamp<std::int64_t>(took.count(), 0, UINT32_MAX));
     if (took < shortest_batch) return;

@@ -1,3 +1,4 @@
+// Meshes of tori, cones, bolts, nuts and bowls.
 #include "scene/mesh_generators.h"
 
 #include <algorithm>
@@ -10,8 +11,8 @@ namespace {
 
 using Ring = std::vector<Vec3>;
 
-/// Rings of equally many points, each counter-clockwise seen from +z, listed so that the outside runs upwards. Without
-/// poles the last ring joins the first.
+/// Rings of equally many points, each counter-clockwise from +z, listed so that the outside runs upwards. Without poles
+/// the last ring is joined to the first.
 struct Poles {
   Vec3 first;
   Vec3 last;
@@ -69,7 +70,8 @@ Ring hexagon(double corner_radius, double z, int segments) {
   return ring;
 }
 
-constexpr int rows_per_turn = 4;  // the flats are a quarter of the pitch: every ring point column meets each of them
+// The flats are a quarter of the pitch: every column of ring points meets each of them.
+constexpr int rows_per_turn = 4;
 
 int thread_rows(const Thread& thread) { return thread.turns * rows_per_turn; }
 
@@ -94,7 +96,7 @@ CosSin cos_sin_of_turn(int numerator, int denominator) {
   const std::int64_t n = denominator;
   const std::int64_t quarters = 4 * ((numerator % n + n) % n);
   const std::int64_t quadrant = quarters / n, rest = quarters % n;
-  const bool mirrored = 2 * rest > n;  // beyond an eighth of a turn: the other one's series converges faster
+  const bool mirrored = 2 * rest > n;  // beyond an eighth of a turn the complement's series converges faster
   const double x = std::numbers::pi / 2 * (static_cast<double>(mirrored ? n - rest : rest) / static_cast<double>(n)),
                xx = x * x;
   double cos = 0, sin = 0;
@@ -170,7 +172,7 @@ double bowl_height(const BowlSize& size, double distance) {
 }
 
 double bowl_sagitta(const BowlSize& size) {
-  // Chord c of a circle of radius r: sagitta below c^2 / (4 r) up to half a circle; the facets' chords in both
+  // A chord c of a circle of radius r has a sagitta below c^2 / (4 r) up to half a circle; the facets' chords in both
   // directions add up.
   const double around = 2 * std::numbers::pi * size.rim_radius / size.segments;
   const double along =

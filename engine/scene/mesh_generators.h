@@ -1,10 +1,11 @@
+// Meshes of tori, cones, bolts, nuts and bowls.
 #pragma once
 #include "tandem/narrowphase/shape.h"
 
 namespace tandem {
 
-/// Cosine and sine of 2 pi numerator / denominator, denominator > 0, to the last digits. Unlike the C library's these
-/// are the same bits on every machine.
+/// Cosine and sine of 2 pi numerator / denominator, denominator > 0, to the last digits. Unlike the C library's they
+/// have the same bits on every machine.
 struct CosSin {
   double cos;
   double sin;

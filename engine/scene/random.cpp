@@ -1,3 +1,4 @@
+// Random numbers that are the same on every machine.
 #include "scene/random.h"
 
 #include <cmath>
@@ -17,7 +18,7 @@ double Random::uniform(double lo, double hi) {
   return lo + (hi - lo) * unit;
 }
 
-// A try fails with probability 0.21; after 64 of them (1e-43) the centre will do.
+// A try fails with probability 0.21; after 64 of them (1e-43) the centre is returned.
 Random::DiscPoint Random::disc_point() {
   for (int attempt = 0; attempt < 64; ++attempt) {
     const double x = uniform(-1, 1);
@@ -28,8 +29,8 @@ Random::DiscPoint Random::disc_point() {
   return {0, 0, 0};
 }
 
-// Marsaglia (1972): two points of the unit disc make a uniform point of the 3-sphere, without trigonometry. Of the
-// second the direction alone counts: the centre, which has none, gets one.
+// Marsaglia (1972): two points of the unit disc make a uniform point of the 3-sphere, without trigonometry. Only the
+// direction of the second counts; the centre gets an arbitrary one.
 Mat3 Random::rotation() {
   const DiscPoint p = disc_point();
   DiscPoint q = disc_point();

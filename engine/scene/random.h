@@ -1,3 +1,4 @@
+// Random numbers that are the same on every machine.
 #pragma once
 #include <cstdint>
 
@@ -5,8 +6,8 @@
 
 namespace tandem {
 
-/// SplitMix64 (Steele, Lea, Flood 2014) with its own conversions: the standard's distributions give other numbers with
-/// another standard library. Only + - * / and sqrt, so the same seed gives the same bits on every machine.
+/// SplitMix64 (Steele, Lea, Flood 2014) with its own conversions, since the standard's distributions differ between
+/// standard libraries. Only + - * / and sqrt, so the same seed gives the same bits on every machine.
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}

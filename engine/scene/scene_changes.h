@@ -1,3 +1,4 @@
+// The changes of a scene since an earlier step.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -7,25 +8,25 @@
 
 namespace tandem {
 
-/// What tells whoever looks at a scene step by step what has changed in it since.
+/// Counters by which an observer of a scene finds what has changed since an earlier step.
 class detail::SceneChanges {
  public:
   /// One element an index: how often the body there was added, removed, given a pose, a shape or a filter, or made
-  /// static or not. In a scene of the same history a body whose number is the same is where it was, and what it was.
+  /// static or not. In a scene of the same history a body with the same number is unchanged.
   static std::span<const std::uint32_t> versions(const Scene& scene) { return scene.versions_; }
-  /// Those changes but for poses, of all bodies so far: while the number is the same, every body has its shape and
-  /// filter still.
+  /// The number of such changes other than poses, over all bodies: while it is the same, every body still has its shape
+  /// and filter.
   static std::uint64_t comings_and_goings(const Scene& scene) { return scene.comings_and_goings_; }
 
   /// Shapes added, removed and replaced so far.
   static std::uint64_t shape_changes(const Scene& scene) { return scene.shape_changes_; }
 
-  /// Names a scene's past: a copy of the scene has another one. Keeping a name keeps it from being used again.
+  /// Identifies a scene's history: a copy of the scene has another one. While a name is held it is not reused.
   class HistoryName {
    public:
     HistoryName() = default;
     explicit HistoryName(const Scene& scene) : mark_(scene.history_.mark()) {}
-    /// Whether it is certain that both are of the same scene.
+    /// True if both are certainly of the same scene.
     friend bool operator==(const HistoryName& a, const HistoryName& b) {
       return a.mark_ != nullptr && a.mark_ == b.mark_;
     }

@@ -1,4 +1,4 @@
-// Whether a list of contacts can be one of a scene's.
+// Checks that a list of contacts belongs to a scene.
 #pragma once
 #include <cstdint>
 #include <stdexcept>
@@ -11,7 +11,7 @@
 namespace tandem {
 
 /// Throws std::invalid_argument that names `what`, if the list names a body that is not in the scene, or contacts that
-/// it does not have. A body that has taken a removed one's index since is not found out. O(pairs).
+/// it does not have. A removed body whose index another body has taken is not detected. O(pairs).
 inline void require_contacts_of(const Scene& scene, const ContactList& contacts, std::string_view what) {
   const auto refuse = [&](const std::string& found) {
     throw std::invalid_argument(std::string(what) + ": " + found +

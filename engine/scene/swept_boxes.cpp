@@ -1,3 +1,4 @@
+// Boxes of moving shapes.
 #include "scene/swept_boxes.h"
 
 #include <algorithm>
@@ -7,14 +8,14 @@
 namespace tandem {
 namespace {
 
-/// Metres a point of the shape moves at most, and how much its velocity changes, both in unit time.
+/// Bounds in unit time on the motion of a point of the shape, metres, and on the change of its velocity.
 struct Bound {
   double path, acceleration;
 };
 
 Bound bound_of(const Motion& motion, double reach) {
   const Mat3 turn = motion.to.rotation * motion.from.rotation.transpose();
-  // Twice the sine of half the angle is the largest distance over all unit vectors from their images.
+  // Twice the sine of half the angle is the largest distance of a unit vector from its image.
   const double half_sine = std::min(1.0, (turn - Mat3::Identity()).norm() / std::sqrt(8.0));
   const double half = std::asin(half_sine), angle = 2 * half;
   if (motion.straight_of) {
@@ -30,7 +31,7 @@ Bound bound_of(const Motion& motion, double reach) {
 constexpr float farthest = std::numeric_limits<float>::max();
 constexpr Aabb everywhere{{-farthest, -farthest, -farthest}, {farthest, farthest, farthest}};
 
-/// Rounded outward, and wider by `more`.
+/// Rounded outward, and enlarged by `more`.
 Aabb joined(const Bounds& a, const Bounds& b, double more) {
   Aabb box;
   for (int k = 0; k < 3; ++k) {

@@ -1,4 +1,4 @@
-// Boxes that hold a moving shape, for one stretch of its motion after the other.
+// Boxes that contain a moving shape, for consecutive intervals of its motion.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -10,19 +10,20 @@
 
 namespace tandem {
 
-/// How far a point of a shape that reaches so far from its origin may be, during the motion, from the straight line
-/// between where it starts and ends: an eighth of its acceleration.
+/// The largest distance of a point of a shape, at most `reach` from its origin, from the straight line between its
+/// start and end, during the motion: an eighth of its acceleration.
 double bulge(const Motion& motion, double reach);
-/// The most that such a point goes during the motion, metres.
+/// The longest path of such a point during the motion, metres.
 double path_length(const Motion& motion, double reach);
-/// How far a bounded shape reaches from its origin at most, metres. The limit may end the making of a mesh's hull.
+/// The largest distance of a bounded shape's points from its origin, metres. The limit may end the building of a mesh's
+/// hull.
 double reach_of(const Shape& shape, const WorkLimit* limit = nullptr);
 
-/// One box about all of the motion: for a short one, or where a wide box will do.
+/// One box for the whole motion: for a short one, or where a wide box will do.
 Aabb swept_box(const Shape& shape, const Motion& motion);
 
-/// The motion is cut so that a stretch is about as long as the shape; a point's path in it departs from the straight
-/// line between its ends by at most an eighth of its acceleration times the stretch's square.
+/// Divides the motion into intervals about as long as the shape; a point's path in one departs from the straight line
+/// between its ends by at most an eighth of its acceleration times the square of the interval.
 class SweptBoxes {
  public:
   SweptBoxes(const Shape& shape, const Motion& motion, const WorkLimit* limit = nullptr);

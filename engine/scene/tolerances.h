@@ -1,7 +1,6 @@
 #pragma once
 
-/// The numbers of the engine below which a difference does not count, each once. What it shares with the narrow phase
-/// is in narrowphase/tolerances.h.
+/// The tolerances of the engine, each defined once. Those shared with the narrow phase are in narrowphase/tolerances.h.
 namespace tandem::tolerance {
 
 /// How far the norm of a quaternion in a file may be from 1: six digits leave 1e-6. Less: files written so are refused.

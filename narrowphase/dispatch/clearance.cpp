@@ -1,4 +1,4 @@
-// Pairs of triangles of two meshes that intersect or are near each other, one after the other and by zones.
+// Pairs of triangles of two meshes that intersect or are near each other, one by one and by zones.
 #include "tandem/narrowphase/clearance.h"
 
 #include <algorithm>
@@ -34,7 +34,7 @@ Corners world_corners(const Shape& shape, const Pose& pose, std::uint32_t t) {
 
 Bounds box_of(const Corners& c) { return {c[0].cwiseMin(c[1]).cwiseMin(c[2]), c[0].cwiseMax(c[1]).cwiseMax(c[2])}; }
 
-// What the boxes of two triangles that meet share; rounding may leave nothing of what only touches.
+// The intersection of the boxes of two intersecting triangles; rounding may make it empty if they only touch.
 Bounds shared_box(const Corners& p, const Corners& q) {
   const Bounds x = box_of(p), y = box_of(q);
   const Vec3 lo = x.lo.cwiseMax(y.lo), hi = x.hi.cwiseMin(y.hi);
@@ -64,7 +64,7 @@ bool visit_meeting(const Posed& a, const Posed& b, const NearTrianglesVisitor& v
   return each_meeting_pair(in_order ? a : b, in_order ? b : a, options.limit, take, options.progress);
 }
 
-// Tells the pairs of triangles that are at most a clearance apart.
+// Reports the pairs of triangles that are at most a clearance apart.
 bool visit_near(const Posed& a, const Posed& b, const NearTrianglesVisitor& visitor, const NearOptions& options) {
   const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
   TriangleTest test(a.pose, b.pose, reach(mb));
@@ -102,7 +102,7 @@ bool visit_all(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& p
                                : visit_meeting(posed_a, posed_b, visitor, options);
 }
 
-// Numbers for corners: one for all of equal coordinates. Of the triangles that are named.
+// Numbers of corners, equal for equal coordinates, for the triangles concerned.
 class CornerNumbers {
  public:
   CornerNumbers(const MeshModel& mesh, std::span<const NearTriangles> pairs, std::size_t side, WorkMeter& meter)
@@ -135,7 +135,7 @@ class CornerNumbers {
   IndexMap<std::uint32_t> numbers_{std::pmr::get_default_resource()};  // of vertices
 };
 
-// Joins pairs whose triangles share a corner, or are one, on both sides: those that have a pair of corners in common.
+// Joins pairs whose triangles share a corner, or are the same, on both sides: pairs with a pair of corners in common.
 void join_neighbours(const MeshModel& a, const MeshModel& b, std::span<const NearTriangles> pairs, WorkMeter& meter,
                      DisjointSets& sets) {
   CornerNumbers of_a(a, pairs, 0, meter), of_b(b, pairs, 1, meter);
@@ -186,7 +186,7 @@ class ZoneBuilder {
     }
   }
 
-  /// The normal of a zone whose triangles do not meet: that of their features, which rounding does not turn.
+  /// Sets the normal of a zone whose triangles do not intersect: that of their features, which rounding does not turn.
   void complete(ClearanceZone& zone) const {
     if (!zone.normal.isZero(0)) return;
     const PairAnswer r = answer({.triangles = zone.triangles});
@@ -205,7 +205,7 @@ class ZoneBuilder {
   const Posed &a_, &b_;
 };
 
-// Adds the areas of each zone's triangles, each once; `zone_of`: of each pair.
+// Adds the areas of each zone's triangles, each once; `zone_of`: for each pair.
 void add_areas(const Shape& shape, std::span<const NearTriangles> pairs, std::span<const std::uint32_t> zone_of,
                std::size_t side, WorkMeter& meter, std::vector<ClearanceZone>& zones) {
   std::vector<std::array<std::uint32_t, 2>> parts;
@@ -223,7 +223,7 @@ void add_areas(const Shape& shape, std::span<const NearTriangles> pairs, std::sp
 
 SearchEnd visit_triangles(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                           const NearTrianglesVisitor& visitor, const NearOptions& options) {
-  // What the visitor throws, be it WorkStopped of a query of its own, is its caller's.
+  // Exceptions of the visitor, even WorkStopped of its own queries, are for the caller.
   bool in_visitor = false;
   const auto guarded = [&](const NearTriangles& pair) {
     in_visitor = true;
@@ -258,7 +258,7 @@ std::vector<ClearanceZone> clearance_zones(const Shape& a, const Pose& pose_a, c
   std::vector<std::uint32_t> zone_of(pairs.size());
   for (std::uint32_t k = 0; k < pairs.size(); ++k) {
     meter.spend(16);
-    const std::uint32_t first = sets.find(k);  // no larger than k
+    const std::uint32_t first = sets.find(k);  // at most k
     if (first == k) zone_of[k] = static_cast<std::uint32_t>(zones.size()), zones.emplace_back();
     zone_of[k] = zone_of[first];
     builder.add(zones[zone_of[k]], pairs[k]);

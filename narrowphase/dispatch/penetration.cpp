@@ -1,5 +1,5 @@
-// How deep two shapes are in each other: what a query of the distance knows, a search for shorter translations, and a
-// cover of all that are shorter still.
+// The depth of two shapes: the result of a distance query, a search for shorter translations, and a cover of all that
+// are shorter still.
 #include "tandem/narrowphase/penetration.h"
 
 #include <algorithm>
@@ -24,7 +24,7 @@
 namespace tandem {
 namespace {
 
-// The translations of B, seen from A, after which the two do not collide: the shortest that is known.
+// The shortest known translation of B, relative to A, after which the two do not collide.
 class ShortestFree {
  public:
   ShortestFree(const Posed& a, const Posed& b, const NarrowPhaseOptions& options)
@@ -40,8 +40,8 @@ class ShortestFree {
     return !unless_stopped(narrow_.solve(a_.shape, a_.pose, b_.shape, at, Request::collide)).collide;
   }
 
-  /// The first free translation along a direction (unit) that is longer than `length` by the rounding of places, or by
-  /// four times that, and so on.
+  /// The first free translation along a direction (unit) that is longer than `length` by the rounding of positions, or
+  /// by four times that, and so on.
   Vec3 farther(const Vec3& direction, double length) const {
     constexpr int most = 64;
     const double scale = size_ + a_.pose.translation.norm() + b_.pose.translation.norm() + length;
@@ -55,15 +55,15 @@ class ShortestFree {
     if (free.norm() < length()) best_ = free;
   }
 
-  /// The last touch along a direction (unit).
+  /// The last contact along a direction (unit).
   Vec3 along(const Vec3& direction) const {
     return farther(direction, separation_along(a_.shape, a_.pose, b_.shape, b_.pose, direction, options_));
   }
 
-  /// From a free translation of two meshes: back to where they touch, round what lies before that, back again.
+  /// From a free translation of two meshes: back to contact, around the obstacle, back again.
   void shorten(Vec3 free) {
     constexpr int rounds = 8;
-    constexpr double enough = 0.999;  // of the length, to go on
+    constexpr double enough = 0.999;  // of the length: a smaller gain ends it
     for (int i = 0; i < rounds; ++i) {
       const double before = free.norm();
       free = pulled_in(free);
@@ -93,7 +93,7 @@ class ShortestFree {
   std::optional<Vec3> best_;
 };
 
-// To the corners, edges and faces of a cube.
+// Directions to the corners, edges and faces of a cube.
 std::vector<Vec3> directions_all_round() {
   std::vector<Vec3> all;
   for (int x = -1; x <= 1; ++x)
@@ -103,7 +103,8 @@ std::vector<Vec3> directions_all_round() {
   return all;
 }
 
-// The few shortest of what the query of the distance knows and the last touches all round, made shorter.
+// Tries the few shortest of the distance query's result and the last contacts in directions all around, and shortens
+// them.
 void search_free(const PairAnswer& known, ShortestFree& free) {
   constexpr std::size_t most = 6;
   std::vector<Vec3> starts{free.farther(known.normal, -known.signed_distance)};
@@ -116,8 +117,8 @@ void search_free(const PairAnswer& known, ShortestFree& free) {
     if (free.is_free(start)) free.shorten(start);
 }
 
-// Of two meshes, one of them solid, that collide; A's translation is zero. What a limit ends leaves what it has
-// reached.
+// For two meshes, one of them solid, that collide; A's translation is zero. If a limit ends it, the bounds reached are
+// returned.
 DepthBounds search_bounds(const Posed& a, const Posed& b, const PairAnswer& known, const DepthOptions& options) {
   NarrowPhaseOptions narrow_options;
   narrow_options.limit = options.limit;
@@ -157,7 +158,7 @@ DepthBounds search_bounds(const Posed& a, const Posed& b, const PairAnswer& know
   return bounds;
 }
 
-// The shape itself, or a mesh of the same polytope; none of other shapes.
+// The shape itself, or a mesh of the same polytope; empty for other shapes.
 std::optional<Shape> as_mesh(const Shape& shape) {
   if (shape.rounding() > 0) return std::nullopt;
   if (shape.kind() == ShapeKind::mesh) return shape;
@@ -184,7 +185,7 @@ std::optional<DepthBounds> searched(const Posed& a, const Posed& b, const PairAn
   if (known.status == Status::ok || options.most_boxes == 0) return std::nullopt;
   const std::optional<Shape> mesh_a = as_mesh(a.shape), mesh_b = as_mesh(b.shape);
   if (!mesh_a || !mesh_b || !(mesh_a->is_solid() || mesh_b->is_solid())) return std::nullopt;
-  // Seen from A's translation: far out, places would be rounded.
+  // Relative to A's translation: far from the origin, positions would be rounded.
   const Pose at_a{a.pose.rotation, Vec3::Zero()}, at_b{b.pose.rotation, b.pose.translation - a.pose.translation};
   const Posed posed_a{*mesh_a, at_a}, posed_b{*mesh_b, at_b};
   if (goes_first(posed_a, posed_b)) return search_bounds(posed_a, posed_b, known, options);
@@ -219,7 +220,7 @@ DepthBounds penetration_depth(const Shape& a, const Pose& pose_a, const Shape& b
     bounds.translation = -known.signed_distance * known.normal;
   }
   bounds.collide = true;
-  // Where they are, B's place is rounded.
+  // In the world, B's position is rounded.
   const double length = bounds.translation.norm();
   const Vec3 out = length > 0 ? unit(bounds.translation, length) : known.normal;
   const NarrowPhaseOptions to_the_end;

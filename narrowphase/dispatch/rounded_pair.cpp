@@ -1,3 +1,4 @@
+// Pairs of shapes with rounding: the answer of their cores, adjusted by the radii.
 #include "dispatch/rounded_pair.h"
 
 #include <algorithm>
@@ -70,7 +71,7 @@ class RoundedPair {
     answer.collide = answer.signed_distance <= 0;
   }
 
-  /// Two meshes without a margin know no contacts before they intersect: where they are nearest there is one.
+  /// Two meshes without a margin have no contacts before they intersect: there is one where they are nearest.
   PairAnswer nearest_contact(std::vector<Contact>& contacts) const {
     PairAnswer answer = distance(nullptr);
     if (answer.signed_distance <= options_.margin)
@@ -90,7 +91,7 @@ class RoundedPair {
     })->depth = -exact.signed_distance;
   }
 
-  // Seen from A's translation: far out, B's would be rounded.
+  // Relative to A's translation: far from the origin, B's would be rounded.
   bool separates(const Vec3& translation) const {
     const Pose at_a{pose_a_.rotation, Vec3::Zero()},
         moved{pose_b_.rotation, pose_b_.translation - pose_a_.translation + translation};
@@ -98,7 +99,7 @@ class RoundedPair {
            radius_ - slack_;
   }
 
-  /// `answer` tells the depth of the cores and the radii; where moving by it does not separate, that of the hulls does.
+  /// `answer` has the depth of the cores plus the radii; if that translation does not separate, that of the hulls does.
   void bound_depth(PairAnswer& answer) const {
     const double depth = -answer.signed_distance, certain = depth - answer.error_bound;
     if (separates(depth * answer.normal)) return;
@@ -112,8 +113,8 @@ class RoundedPair {
     answer.error_bound = std::max(-answer.signed_distance - certain, slack_);
   }
 
-  /// How far off the deepest contact's depth may be. One as deep as what separates, along which moving does not, gives
-  /// way to that.
+  /// Bounds the error of the deepest contact's depth. If a contact as deep as the separating translation does not
+  /// separate, it is replaced by that.
   void compare_with_distance(PairAnswer& answer, std::size_t first, std::vector<Contact>& contacts) const {
     if (!options_.mesh_bounds) {
       answer.status = Status::unproven;

@@ -1,4 +1,4 @@
-// Pairs of which one shape or both have rounding: their cores' answer, moved by the radii.
+// Pairs of which one or both shapes have rounding: the answer of their cores, adjusted by the radii.
 #pragma once
 #include <vector>
 

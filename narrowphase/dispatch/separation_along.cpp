@@ -1,4 +1,4 @@
-// The last touch of two shapes of which one moves along a direction: the first as it comes back from far out.
+// The last contact of two shapes of which one moves along a direction: the first as it returns from far out.
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -12,14 +12,14 @@
 namespace tandem {
 namespace {
 
-// How fast what moves along d (unit) leaves along a normal; 0 along the plane, to rounding.
+// The speed along a normal of a body that moves along d (unit); 0 if parallel to the plane, to rounding.
 double leaving(const Vec3& normal, const Vec3& d) {
   const double speed = normal.dot(d);
   return std::abs(speed) <= tolerance::parallel_lines ? 0 : speed;
 }
 
-// What moves along d leaves a plane on the side to which d points: of the two half-spaces that is one. What moves along
-// the plane leaves neither.
+// A body that moves along d leaves a plane on the side to which d points: one of its two half-spaces. Parallel to the
+// plane it leaves neither.
 Shape side_along(const Shape& shape, const Pose& pose, const Vec3& d) {
   if (shape.kind() != ShapeKind::plane) return shape;
   const double speed = leaving(pose.rotation * shape.normal(), d);
@@ -28,18 +28,18 @@ Shape side_along(const Shape& shape, const Pose& pose, const Vec3& d) {
   return HalfSpace{sense * shape.normal(), sense * shape.offset() + shape.rounding()};
 }
 
-// Of a half-space or plane (A or B) and another shape, B moved along d.
+// For a half-space or plane (A or B) and another shape, B moving along d.
 double out_of_halfspace(const NarrowPhase& narrow, const Shape& a, const Pose& pose_a, const Shape& b,
                         const Pose& pose_b, const Vec3& d) {
   const PairAnswer now = unless_stopped(narrow.solve(a, pose_a, b, pose_b, Request::distance));
   const double speed = leaving(now.normal, d);
-  // Apart, it comes nearer for ever or never touches; overlapping, it comes out or never does.
+  // If separated, it approaches for ever or never touches; if overlapping, it leaves or never does.
   if (speed < 0) return infinity;
   if (now.signed_distance > 0) return 0;
   return speed > 0 ? -now.signed_distance / speed : infinity;
 }
 
-// How far B must be moved along d (unit) at most until it lies beyond A, by boxes about them in world axes.
+// An upper bound on the translation of B along d (unit) until it is beyond A, by boxes in world axes.
 double beyond(const Bounds& a, const Bounds& b, const Vec3& d) {
   const Vec3 far_a = (d.array() > 0).select(a.hi, a.lo), near_b = (d.array() > 0).select(b.lo, b.hi);
   const double size = (a.hi - a.lo).norm() + (b.hi - b.lo).norm();

@@ -1,3 +1,4 @@
+// Several pairs at once: groups of pairs that are solved a pair a lane.
 #include "tandem/narrowphase/several_pairs.h"
 
 #include <algorithm>
@@ -29,12 +30,12 @@ bool is_undecided(const PlacedPair& pair, double distance) {
   return std::abs(distance) <= undecided_distance(*pair.a, *pair.pose_a, *pair.b, *pair.pose_b);
 }
 
-/// Pairs of boxes, in columns one after the other.
+/// Pairs of boxes, in consecutive columns.
 class BoxesOfPairs {
  public:
   static constexpr std::size_t most = BoxPairRows::most;
 
-  /// Those that are not seen to be apart: their bits. There must be room for a whole list.
+  /// Takes the pairs that the quick test does not separate; returns their bits. There must be room for a whole list.
   std::uint32_t take(const BoxPairList& pairs, double margin) {
     const std::uint32_t near = take_near_boxes(pairs, margin, rows_, count_);
     count_ += static_cast<std::size_t>(std::popcount(near));
@@ -52,13 +53,13 @@ class BoxesOfPairs {
     clip_rectangles(found_.faces, clipped_, patches, margin, patches_);
     count_ = next_ = next_patch_ = 0;
   }
-  /// The next pair's answer; false if it is to be solved by itself.
+  /// Appends the next pair's answer; false if it must be solved separately.
   bool answer(const PlacedPair& pair, std::size_t number, double margin, std::vector<Contact>& contacts,
               AnswerSink& answers) {
     const std::size_t k = next_++, first = contacts.size();
     const std::int64_t finding = found_.finding[k];
     if (finding == BoxFinding::apart) return true;
-    // By itself where rounding decides whether they touch.
+    // Solved separately if rounding decides whether they touch.
     if (finding == BoxFinding::unknown || is_undecided(pair, found_.distance[k])) {
       if (finding == BoxFinding::faces) ++next_patch_;
       return false;
@@ -113,12 +114,12 @@ class BoxesOfPairs {
   RectanglePatchRows patches_;
 };
 
-/// Half-spaces of pairs, as they stand in the world.
+/// The half-spaces of pairs, in the world.
 class PlacedHalfspaces {
  public:
   static constexpr std::size_t most = HalfspaceBoxList::most;
 
-  /// That of a pair, which has it second if reversed.
+  /// The half-space of a pair, which is its second shape if reversed.
   const PlacedHalfspace& place(const PlacedPair& pair, bool reversed) {
     const Shape& halfspace = reversed ? *pair.b : *pair.a;
     const Pose& at = reversed ? *pair.pose_b : *pair.pose_a;
@@ -143,7 +144,7 @@ class PlacedHalfspaces {
   Source last_;  // of the last one placed
 };
 
-/// A half-space and a box each.
+/// Pairs of a half-space and a box.
 class HalfspaceBoxes {
  public:
   static constexpr std::size_t most = HalfspaceBoxList::most;
@@ -165,11 +166,11 @@ class HalfspaceBoxes {
     const std::size_t k = next_++;
     if (!found_.known[k] || is_undecided(pair, found_.distance[k])) return false;
     if (found_.distance[k] > margin) return true;
-    if (found_.corners[k] == 0) return false;  // rounding left nothing of a corner that just touches
+    if (found_.corners[k] == 0) return false;  // rounding may remove the only corner that just touches
     PairAnswer& answer = answers.begin(number);
     answer.collide = found_.distance[k] <= 0;
     found_.answers.copy(k, found_.contacts[0], answer);
-    // All four are written, and those that do not touch are written over: which they are nothing foresees.
+    // All four are written, and those that do not touch are overwritten: which do is unpredictable.
     std::size_t end = contacts.size();
     contacts.resize(end + 4);
     for (std::size_t i = 0; i < 4; ++i) {
@@ -215,7 +216,7 @@ class Spheres {
   SphereFindings found_;
 };
 
-/// A half-space and a sphere each.
+/// Pairs of a half-space and a sphere.
 class HalfspaceSpheres {
  public:
   static constexpr std::size_t most = SphereFindings::most;
@@ -242,12 +243,12 @@ class HalfspaceSpheres {
   SphereFindings found_;
 };
 
-/// Pairs in groups of those that are solved alike, until they are answered in their order.
+/// Groups pairs by their kernels, until they are answered in order.
 class PairGroups {
  public:
   static constexpr std::size_t block = 32;
 
-  /// Some pairs, at most a block, the first one's number being `first`.
+  /// Takes some pairs, at most a block, starting with number `first`.
   void take(std::span<const PlacedPair> pairs, std::span<const PlacedSpheres> spheres, std::size_t first, bool by_kind,
             double margin) {
     std::array<LaneGroup, block> kinds;
@@ -277,7 +278,7 @@ class PairGroups {
   }
   bool has_space() const { return count_ + block <= most; }
 
-  /// Answers all that wait; those that no group answers by `alone(pair's number)`.
+  /// Answers all waiting pairs; those of no group by `alone(pair's number)`.
   template <class Alone>
   void answer(std::span<const PlacedPair> pairs, double margin, std::vector<Contact>& contacts, AnswerSink& answers,
               const Alone& alone) {

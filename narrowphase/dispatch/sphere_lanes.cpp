@@ -1,3 +1,4 @@
+// Spheres with spheres and half-spaces, a pair a lane (vector kernel).
 #include "dispatch/sphere_lanes.h"
 
 #include <algorithm>
@@ -22,11 +23,11 @@ static_assert(SphereFindings::most % hn::MaxLanes(D()) == 0 && hn::MaxLanes(D())
 static_assert(SeveralPairs::most_screened % hn::MaxLanes(D()) == 0);
 static_assert(sizeof(PlacedSphere) == 4 * sizeof(double) && offsetof(PlacedHalfspace, sense) == 7 * sizeof(double));
 
-/// Some pairs' answers, as they are found.
+/// The answers of some pairs.
 struct SphereAnswers {
   V distance, on_a[3], on_b[3], normal[3];
   M no_direction;
-  V scale;  ///< what rounding goes with
+  V scale;  ///< the scale of rounding errors
 
   template <std::size_t most>
   HWY_INLINE void store(std::size_t at, AnswerRows<most>& answers, ContactRows<most>& contacts) const {
@@ -37,7 +38,7 @@ struct SphereAnswers {
     store_in_turn(middle[0], middle[1], middle[2], normal[0], at, contacts.first);
     store_in_turn(normal[1], normal[2], hn::Neg(distance), hn::Zero(D()), at, contacts.second);
   }
-  /// Bits of those that must be solved by themselves, and of those farther apart than the margin.
+  /// Bits of those that must be solved separately, and of those farther apart than the margin.
   HWY_INLINE std::uint8_t unknown() const {
     const M undecided = hn::Le(hn::Abs(distance), hn::Mul(number(tolerance::undecided), scale));
     std::uint8_t bits[8] = {};
@@ -59,7 +60,7 @@ struct SphereAnswers {
   }
 };
 
-/// At least the sum of the sizes of spheres with this sum of radii, and how far the second is from the first.
+/// An upper bound on the scale of spheres with this sum of radii and this offset.
 HWY_INLINE V scale_of(V radii, const V* offset) {
   const V far = hn::Add(hn::Add(hn::Abs(offset[0]), hn::Abs(offset[1])), hn::Abs(offset[2]));
   return hn::Add(hn::Mul(number(4), radii), far);
@@ -84,7 +85,7 @@ std::uint32_t near_spheres(std::span<const PlacedSpheres> pairs, double margin) 
   return near;
 }
 
-// solve_spheres
+// As solve_spheres.
 HWY_INLINE SphereAnswers meet(const V* a, const V* b) {
   V offset[3];
   for (int k = 0; k < 3; ++k) offset[k] = hn::Sub(b[k], a[k]);
@@ -142,7 +143,7 @@ SpheresSolved solve_spheres(std::span<const PlacedSpheres> pairs, double margin,
   return solved;
 }
 
-// halfspace_sphere
+// As halfspace_sphere.
 void find_spheres_on_halfspaces(std::span<const HalfspaceSphere> pairs, double margin, SphereFindings& found) {
   const D d;
   for (std::size_t at = 0; at < pairs.size(); at += lanes) {

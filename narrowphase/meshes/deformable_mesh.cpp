@@ -1,3 +1,4 @@
+// Meshes whose vertices move: buffers, refits, seams.
 #include "tandem/narrowphase/deformable_mesh.h"
 
 #include <algorithm>
@@ -21,7 +22,7 @@ namespace {
 
 [[noreturn]] void refuse_vertices(const std::string& why) { throw std::invalid_argument("deformable mesh: " + why); }
 
-// Of what is no number no comparison is true.
+// In this form NaN fails.
 bool is_place(const Vec3& v) {
   const auto fits = [](double x) { return std::abs(x) <= tolerance::longest_length; };
   return fits(v.x()) && fits(v.y()) && fits(v.z());
@@ -36,7 +37,7 @@ void set_frame(MeshModel& mesh, const MeshFrame& frame) {
 }
 
 std::shared_ptr<MeshModel> model_of(Mesh mesh, const PartRunner& parts, std::vector<std::uint32_t>& first) {
-  // Refuses what a Shape refuses, too.
+  // Refuses what Shape refuses, too.
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     if (!is_place(mesh.vertices[v])) refuse_place(v, mesh.vertices[v]);
   auto model = std::make_shared<MeshModel>(build_mesh(std::move(mesh), {.parts = parts}, &first));
@@ -47,10 +48,10 @@ std::shared_ptr<MeshModel> model_of(Mesh mesh, const PartRunner& parts, std::vec
 }  // namespace
 
 struct DeformableMesh::Impl {
-  /// Vertices and hierarchy of one update. Written where nobody else holds it.
+  /// The vertices and hierarchy of one update. Written only while nobody else holds it.
   struct Buffer {
     std::shared_ptr<MeshModel> model;
-    std::uint64_t structure = 0;  ///< of which its hierarchy is
+    std::uint64_t structure = 0;  ///< version of the structure of its hierarchy
   };
 
   Impl(Mesh mesh, const PartRunner& parts)
@@ -66,8 +67,8 @@ struct DeformableMesh::Impl {
   Buffer take_free_buffer();
   void go_back(const Buffer& before, const MeshFrame& frame, const PartRunner& parts);
 
-  std::vector<std::uint32_t> first;  ///< of each vertex, the one that stands for it
-  std::vector<std::uint32_t> seams;  ///< vertices that another one stands for
+  std::vector<std::uint32_t> first;  ///< the representative of each vertex
+  std::vector<std::uint32_t> seams;  ///< vertices represented by another one
   std::vector<std::uint8_t> used;
   Buffer current;
   std::vector<Buffer> others;  ///< of earlier updates
@@ -81,7 +82,7 @@ Extent DeformableMesh::Impl::checked_extent(std::span<const Vec3> vertices, cons
   std::vector<Extent> extents(count);
   std::vector<std::uint8_t> faulty(count, 0);
   run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
-    Extent own;  // in registers
+    Extent own;  // a copy, kept in registers
     bool fault = false;
     for (std::size_t v = begin; v < end; ++v) {
       fault |= !is_place(vertices[v]);
@@ -97,9 +98,9 @@ Extent DeformableMesh::Impl::checked_extent(std::span<const Vec3> vertices, cons
   return all;
 }
 
-// Corners that were one are one, or nearly, as they were.
+// Requires that vertices that coincided still do, or nearly so.
 void DeformableMesh::Impl::require_seams(std::span<const Vec3> vertices, const MeshFrame& frame) const {
-  // Those that hang together by a third one may lie twice as far apart.
+  // Vertices that coincide through a third one may be twice as far apart.
   const double apart = current.model->solid ? 0 : 2 * seam_tolerance(frame);
   for (const std::uint32_t v : seams)
     if ((vertices[v] - vertices[first[v]]).lpNorm<Eigen::Infinity>() > apart)
@@ -108,15 +109,15 @@ void DeformableMesh::Impl::require_seams(std::span<const Vec3> vertices, const M
                       "; they were one when the mesh was built and must stay so");
 }
 
-// The current one where no Shape holds it; else an earlier one; else a copy. All but the vertices and boxes is then as
-// in the one before, which is answered if it is another one.
+// The current buffer if no Shape holds it; else an earlier one; else a copy. All but the vertices and boxes is then as
+// in the previous one, which is returned if it is another one.
 DeformableMesh::Impl::Buffer DeformableMesh::Impl::take_free_buffer() {
   const auto is_free = [](const Buffer& buffer) {
     if (buffer.model.use_count() > 1) return false;
-    std::atomic_thread_fence(std::memory_order_acquire);  // whoever let go of it has read it
+    std::atomic_thread_fence(std::memory_order_acquire);  // the thread that released it has finished reading
     return true;
   };
-  if (current.model.use_count() <= 2) shape.reset();  // the shape here and the buffer itself
+  if (current.model.use_count() <= 2) shape.reset();  // held by the shape here and the buffer itself
   if (is_free(current)) return {};
   Buffer before = current, next;
   const auto free = std::find_if(others.begin(), others.end(), is_free);
@@ -130,13 +131,13 @@ DeformableMesh::Impl::Buffer DeformableMesh::Impl::take_free_buffer() {
   }
   others.push_back(std::move(current));
   current = std::move(next);
-  // Of those that nobody holds one is enough.
+  // Of unused buffers one is enough.
   std::size_t spare = 0;
   std::erase_if(others, [&](const Buffer& buffer) { return is_free(buffer) && spare++ > 0; });
   return before;
 }
 
-// From a refit for vertices that are refused: to the buffer before, which was not written to, or to the boxes of the
+// After a refit for vertices that are refused: restores the previous buffer, which was not changed, or the boxes of the
 // vertices that are still there.
 void DeformableMesh::Impl::go_back(const Buffer& before, const MeshFrame& frame, const PartRunner& parts) {
   if (before.model != nullptr) {
@@ -162,7 +163,7 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
     refuse_vertices("vertices holds " + std::to_string(vertices.size()) + "; it must hold " + std::to_string(wanted) +
                     ", as many as the mesh has");
   const MeshFrame frame(impl.checked_extent(vertices, parts));
-  // Squares of less underflow.
+  // Squares of smaller ones underflow.
   if (frame.half.maxCoeff() > 0 && 2 * frame.half.norm() < tolerance::shortest_length)
     refuse_vertices("the extent of the vertices is " + written(2 * frame.half) + "; it must be 0 or at least " +
                     written(tolerance::shortest_length));
@@ -188,7 +189,7 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
     if (report.rebuilt != 0) impl.current.structure = ++impl.structure;
     impl.shape.emplace(detail::ShapeInsides::shape(impl.current.model));
     return {report.rebuilt, report.worn};
-  } catch (...) {  // refused, or `parts` or the memory failed: by the calling thread alone, to what was or is to be
+  } catch (...) {  // refused, or `parts` or an allocation failed: restores on the calling thread alone
     const bool in_place = before.model == nullptr;
     if (copies && in_place) std::copy(vertices.begin(), vertices.end(), mesh.vertices.begin());
     impl.go_back(before, copies && in_place ? frame : frame_before, {});

@@ -10,14 +10,14 @@
 
 namespace tandem {
 
-/// Which edges of a mesh have been met: a hash table with lists, as many as triangles.
+/// The edges of a mesh that have been visited: a hash table with as many lists as triangles.
 class EdgesMet {
  public:
   explicit EdgesMet(std::size_t triangles) : last_(std::bit_ceil(triangles + 1), no_index) {
     met_.reserve(triangles * 3 / 2 + 3);
   }
 
-  /// False from the second time on.
+  /// True the first time an edge is given.
   bool is_new(const std::array<std::uint32_t, 2>& edge) {
     // By both ends: a vertex may have as many edges as there are triangles (Knuth's multiplicative hash).
     const std::uint64_t number = (std::uint64_t{edge[0]} << 32 | edge[1]) * 0x9e3779b97f4a7c15u;
@@ -29,7 +29,7 @@ class EdgesMet {
     return true;
   }
 
-  /// With how many edges one may be compared.
+  /// The longest list, which bounds the cost of a query.
   std::size_t longest_list() const {
     std::size_t longest = 0;
     for (const std::uint32_t last : last_) {
@@ -45,7 +45,7 @@ class EdgesMet {
     std::array<std::uint32_t, 2> edge;
     std::uint32_t before;
   };
-  std::vector<std::uint32_t> last_;  // of each list
+  std::vector<std::uint32_t> last_;  // the last of each list
   std::vector<Met> met_;
 };
 

@@ -1,3 +1,4 @@
+// Pairs of features of meshes within a margin.
 #include "meshes/feature_pairs.h"
 
 #include <algorithm>
@@ -24,8 +25,8 @@ double point_segment(const Vec3& p, const Vec3& a, const Vec3& b) {
   return (p - (a + t * d)).norm();
 }
 
-// To the foot on its plane where that lies inside, or to a side. The foot keeps its place along the longest side,
-// whatever rounding makes of a sliver's normal.
+// The distance to the projection on the triangle's plane if that is inside, else to a side. The projection is computed
+// along the longest side, which is accurate even for slivers.
 double point_triangle(const Vec3& p, const Corners& t) {
   double least = std::min({point_segment(p, t[0], t[1]), point_segment(p, t[1], t[2]), point_segment(p, t[2], t[0])});
   std::size_t i = 0;
@@ -41,11 +42,11 @@ double point_triangle(const Vec3& p, const Corners& t) {
   return least;
 }
 
-// Where both are nearest inside (Ericson, Real-Time Collision Detection, 5.1.9), or at an end of one.
+// The distance of points in both interiors (Ericson, Real-Time Collision Detection, 5.1.9), or at an end of one.
 double segment_segment(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& s) {
   const Vec3 d = q - p, e = s - r, w = p - r;
   const double dd = d.squaredNorm(), ee = e.squaredNorm(), de = d.dot(e), det = dd * ee - de * de;
-  if (!(det > tolerance::crossing2 * dd * ee))  // squares have lost half of the crossing's digits
+  if (!(det > tolerance::crossing2 * dd * ee))  // squares have lost half of the digits of the cross product
     return segment_distance((p + q) / 2, d / 2, (r + s) / 2, e / 2).distance;
   const double least =
       std::min({point_segment(p, r, s), point_segment(q, r, s), point_segment(r, p, q), point_segment(s, p, q)});
@@ -53,7 +54,7 @@ double segment_segment(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& 
   return at > 0 && at < 1 && on > 0 && on < 1 ? std::min(least, (w + at * d - on * e).norm()) : least;
 }
 
-// A mesh's features: a vertex belongs to the first of its triangles, an edge to the first of those beside it.
+// The features of a mesh by triangle: a vertex belongs to the first of its triangles, an edge to the first of its two.
 class NearFeatureRows {
  public:
   NearFeatureRows(const MeshModel& mesh, std::span<const std::uint32_t> first, const WorkLimit* limit)
@@ -69,7 +70,7 @@ class NearFeatureRows {
         const std::uint32_t v = vertex(t, k), beside = neighbours[t][k];
         if (seen[v] == 0) own_[t] |= static_cast<std::uint8_t>(1u << k);
         seen[v] = 1;
-        // Beside itself where it is given with one corner twice; an edge of more than two triangles is no pair's alone.
+        // A degenerate triangle is its own neighbour; an edge of more than two triangles belongs to no pair.
         if ((beside == no_index || t <= beside) && v != vertex(t, (k + 1) % 3) && met.is_new(edge(t, k)))
           own_[t] |= static_cast<std::uint8_t>(8u << k);
       }
@@ -93,10 +94,10 @@ class NearFeatureRows {
  private:
   const MeshModel& mesh_;
   const std::span<const std::uint32_t> first_;
-  std::vector<std::uint8_t> own_;  // of each triangle, three bits for vertices and three for edges
+  std::vector<std::uint8_t> own_;  // for each triangle, three bits for vertices and three for edges
 };
 
-// Two meshes, or one (`self`); corners of A as they are, of B turned and moved.
+// Two meshes, or one (`self`); corners of A as given, of B transformed.
 struct FeatureSides {
   const MeshModel& a;
   const NearFeatureRows& of_a;
@@ -106,7 +107,7 @@ struct FeatureSides {
   Pose b_in_a;
 };
 
-// Looks at the features of each pair of triangles and tells the visitor.
+// Tests the features of each pair of triangles and calls the visitor.
 class FeaturePairs final : public PairVisitor {
  public:
   FeaturePairs(const FeatureSides& sides, double margin, const NearFeatureVisitor& visitor, const WorkLimit* limit)
@@ -164,7 +165,7 @@ bool before(const NearPoint& x, const NearPoint& y) {
 }
 bool before(const NearEdges& x, const NearEdges& y) { return std::tie(x.a, x.b) < std::tie(y.a, y.b); }
 
-// What the parts have found, sorted.
+// The results of the parts, sorted.
 template <class Pair>
 void join(std::vector<NearFeatures>& found, std::vector<Pair> NearFeatures::*list, NearFeatures& all) {
   std::vector<Pair>& pairs = all.*list;

@@ -1,4 +1,4 @@
-// Vertices and triangles, edges and edges of meshes that are no farther apart than a margin.
+// Vertices and triangles, edges and edges of meshes within a margin.
 #pragma once
 #include <span>
 
@@ -7,14 +7,14 @@
 
 namespace tandem {
 
-/// Of a mesh with itself. `first`: of each vertex the one that stands for it, by which features are named.
+/// The pairs of a mesh with itself. `first`: the representative of each vertex, by which features are named.
 NearFeatures near_features(const MeshModel& mesh, std::span<const std::uint32_t> first, double margin,
                            const PartRunner& parts);
 
 SearchEnd visit_near_features(const MeshModel& mesh, std::span<const std::uint32_t> first, double margin,
                               const NearFeatureVisitor& visitor, const SearchOptions& options);
 
-/// Throws std::invalid_argument unless it is finite and >= 0.
+/// Throws std::invalid_argument unless the margin is finite and >= 0.
 void require_feature_margin(double margin);
 
 }  // namespace tandem

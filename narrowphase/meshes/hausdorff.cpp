@@ -62,8 +62,8 @@ class HausdorffSearch {
   HausdorffSearch(const Posed& a, const Posed& b, const HausdorffOptions& options)
       : options_(options), meter_(options.limit), sides_{SurfaceSide(a, b), SurfaceSide(b, a)} {}
 
-  /// Until the bounds are within `slack` (metres) of each other, the upper one is at most `least` (metres), or what the
-  /// options say.
+  /// Runs until the bounds are within `slack` (metres) of each other, the upper one is at most `least` (metres), or the
+  /// options end it.
   void run(double slack, double least) {
     const Vec3 corner = sides_[0].placed(sides_[0].mesh.corners(0)[0]);
     point = corner, triangle = nearest_to(0, corner).triangle;  // unless another one is farther
@@ -79,13 +79,14 @@ class HausdorffSearch {
   }
 
   double lower = 0, upper = 0;
-  std::size_t side = 0;        ///< of the point that is `lower` away
+  std::size_t side = 0;        ///< the surface of the point at distance `lower`
   Vec3 point = Vec3::Zero();   ///< in the other's frame
   std::uint32_t triangle = 0;  ///< the nearest of the other
   std::size_t parts = 0;
 
  private:
-  // A box of a hierarchy, or a piece of a triangle, and how far any of its points may be from the other surface.
+  // A box of a hierarchy, or a piece of a triangle, with an upper bound on the distance of its points from the other
+  // surface.
   struct Part {
     double most;
     std::size_t number, side;
@@ -110,7 +111,7 @@ class HausdorffSearch {
     open_.push(part);
   }
 
-  // Of its middle nothing is known to be on the surface.
+  // A box's centre need not be on the surface.
   void add_box(std::size_t of, std::uint32_t ref) {
     const SurfaceSide& side_of = sides_[of];
     const BoxOf box(side_of.mesh, ref);
@@ -125,7 +126,7 @@ class HausdorffSearch {
     double most =
         near.distance + std::sqrt(std::max({(piece[0] - middle).squaredNorm(), (piece[1] - middle).squaredNorm(),
                                             (piece[2] - middle).squaredNorm()}));
-    // Of a convex set the distance is largest at a corner: as it is from the triangle nearest to the middle, and from
+    // The distance from a convex set is largest at a corner: computed from the triangle nearest to the centre, and from
     // the one nearest to the corner that is farthest from that.
     const auto farthest_from = [&](std::uint32_t t) {
       const Corners c = sides_[of].other.corners(t);
@@ -191,7 +192,7 @@ HausdorffBounds hausdorff_distance(const Shape& a, const Pose& pose_a, const Sha
   check(a, b, options);
   require_valid(pose_a, "hausdorff_distance: pose of A");
   require_valid(pose_b, "hausdorff_distance: pose of B");
-  // Exchanged, they are searched in the same order.
+  // Exchanged arguments are searched in the same order.
   const bool in_order = goes_first({a, pose_a}, {b, pose_b});
   const Posed first = in_order ? Posed{a, pose_a} : Posed{b, pose_b};
   const Posed second = in_order ? Posed{b, pose_b} : Posed{a, pose_a};
@@ -199,7 +200,7 @@ HausdorffBounds hausdorff_distance(const Shape& a, const Pose& pose_a, const Sha
   const double size = reach(mesh_of(a)) + reach(mesh_of(b)) + (pose_b.translation - pose_a.translation).lpNorm<1>();
   const double slack = tolerance::place_rounding * size;
   search.run(slack, options.least * (mesh_of(a).half + mesh_of(b).half).norm());
-  // Rotations that are not orthonormal stretch what is measured in their frames.
+  // Rotations that are not orthonormal stretch distances measured in their frames.
   const double stretch = 3 * (skewness(pose_a.rotation) + skewness(pose_b.rotation));
   HausdorffBounds bounds;
   bounds.lower = std::max(0.0, search.lower * (1 - stretch) - slack);

@@ -1,5 +1,5 @@
-// What is wrong with a mesh: duplicates, triangles without area, edges that do not join two triangles in opposite
-// sense, components that are inside out, triangles that cross each other.
+// Finds the faults of a mesh: duplicates, degenerate triangles, edges that do not join two triangles of opposite
+// direction, components that are inside out, self-intersections.
 #include "tandem/narrowphase/inspection.h"
 
 #include <algorithm>
@@ -122,7 +122,7 @@ class Inspector {
       }
   }
 
-  // Of three places on a line one lies between the others. Asked of doubles first.
+  // True if the three points are collinear: tested in doubles first.
   bool is_flat(const Corners& c) {
     const Vec3 u = c[1] - c[0], v = c[2] - c[0];
     const double bound = 16 * epsilon * u.lpNorm<1>() * v.lpNorm<1>() + std::numeric_limits<double>::min();
@@ -203,8 +203,8 @@ class Inspector {
     }
   }
 
-  // How often the closed components but one go round a point, from their solid angles (van Oosterom, Strackee, The
-  // solid angle of a plane triangle, 1983).
+  // The winding number of all closed components but one about a point, from their solid angles (van Oosterom, Strackee,
+  // The solid angle of a plane triangle, 1983).
   double windings(const std::vector<Component>& all, const Component& but, const Vec3& point) const {
     double sum = 0;
     for (const Component& c : all) {
@@ -223,7 +223,7 @@ class Inspector {
   void crossings(const InspectionOptions& options) {
     MeshModel model;
     model.vertices = mesh_.vertices;
-    std::vector<std::uint32_t> number;  // of a triangle of the model
+    std::vector<std::uint32_t> number;  // number of each triangle of the model in the mesh
     for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i)
       if (!left_out_[i]) model.triangles.push_back(mesh_.triangles[i]), number.push_back(i);
     if (number.empty()) return;
@@ -241,7 +241,7 @@ class Inspector {
       found_.self_intersections.first.push_back({pair, between(pair[0], pair[1])});
   }
 
-  // Counts pairs and keeps the first.
+  // Counts intersecting pairs and keeps the first.
   class CrossingPairs : public PairVisitor {
    public:
     CrossingPairs(Inspector& all, std::span<const std::uint32_t> number, const WorkLimit* limit)
@@ -283,8 +283,9 @@ class Inspector {
 
   bool meet(const Corners& p, const Corners& q) { return exact_(p, q, q); }
 
-  // Turned so that shared corners come first: of one, what both share goes on from it to where it leaves one of them,
-  // over the side opposite. Of two, they overlap only when folded flat.
+  // Two triangles that share corners, rotated so that these come first. If they share one, their intersection continues
+  // from it to where it leaves one of them, across the opposite side. If they share two, they overlap only when folded
+  // flat.
   bool cross(std::uint32_t i, std::uint32_t j) {
     const auto vi = welded(i), vj = welded(j);
     std::vector<std::array<std::size_t, 2>> shared;
@@ -306,7 +307,7 @@ class Inspector {
 
   const Mesh& mesh_;
   const std::size_t most_;
-  std::vector<std::uint32_t> first_, parent_;  // of vertices; of triangles that hang together by edges
+  std::vector<std::uint32_t> first_, parent_;  // of vertices; of triangles connected by edges
   std::vector<bool> left_out_, open_;          // duplicate or flat; beside a faulty edge
   TriangleTest exact_;
   MeshInspection found_;

@@ -1,3 +1,4 @@
+// Meshes that bound a convex set, solved as that set.
 #include "meshes/mesh_as_convex.h"
 
 #include <algorithm>
@@ -12,8 +13,8 @@
 namespace tandem {
 namespace {
 
-// Which of two is taken for the convex set that it bounds: a triangle before a mesh, a solid before a surface, of alike
-// surfaces the second, which is no larger.
+// Which of two is replaced by the convex set that it bounds: a triangle before a mesh, a solid before a surface,
+// otherwise the second, which is no larger.
 bool first_is_convex(const Posed& a, const Posed& b, const WorkLimit* limit) {
   const auto rank = [limit](const Posed& s) {
     const MeshModel& mesh = mesh_of(s.shape);
@@ -28,8 +29,8 @@ PairAnswer of_collision(PairAnswer answer) {
   return answer;
 }
 
-// Does a vertex of each component of the other mesh stay outside `outer`'s hull however that moves by at most `length`?
-// No component can come to lie inside then.
+// True if a vertex of each component of the other mesh stays outside `outer`'s hull under every translation by at most
+// `length`: then no component can get inside.
 bool stays_outside(const Posed& outer, const Posed& other, double length, const WorkLimit* limit) {
   WorkMeter meter(limit);
   const MeshModel &o = mesh_of(outer.shape), &m = mesh_of(other.shape);

@@ -1,4 +1,4 @@
-// Meshes that bound a convex set, a triangle or a closed surface that is its own hull, solved as that set.
+// Meshes that bound a convex set (a triangle, or a closed surface equal to its hull), solved as that set.
 #pragma once
 #include <vector>
 
@@ -10,20 +10,20 @@ namespace tandem {
 
 bool bounds_convex(const Posed& s, const WorkLimit* limit);
 
-/// Of two of which one at least bounds a convex set: as with that set.
+/// The answer for two of which at least one bounds a convex set: with that set.
 PairAnswer solve_as_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                            std::vector<Contact>* contacts);
 
-/// As `solve_as_convex`, of two that are known to collide, however little.
+/// As `solve_as_convex`, for two that are known to collide, however little.
 PairAnswer overlap_as_convex(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                              std::vector<Contact>* contacts);
 
-/// Of two that collide and both bound a convex set: as of their hulls.
+/// The answer for two that collide and both bound a convex set: that of their hulls.
 PairAnswer overlap_of_hulls(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                             std::vector<Contact>* contacts);
 
-/// A surface has nothing inside. Is what `overlap_as_convex` or `overlap_of_hulls` finds true all the same, as nothing
-/// can slip into a surface on a translation shorter than `length`, that which separates?
+/// A surface has no interior. True if the result of `overlap_as_convex` or `overlap_of_hulls` holds nevertheless, since
+/// nothing can get inside a surface by a translation shorter than `length`, the one that separates.
 bool is_as_convex(const Posed& a, const Posed& b, double length, const WorkLimit* limit);
 bool is_as_hulls(const Posed& a, const Posed& b, double length, const WorkLimit* limit);
 

@@ -1,5 +1,5 @@
-// A mesh and a bounded convex shape: the requests, and the policy of the depth: which of the search's methods are
-// asked, in which order, and when the answer is good enough.
+// A mesh and a bounded convex shape: the requests, and the policy of the depth: which of the search's methods are used,
+// in which order, and when the answer is accepted.
 #include <algorithm>
 #include <cmath>
 #include <span>
@@ -17,12 +17,12 @@
 namespace tandem {
 namespace {
 
-// By how much a depth may be off that counts as certain, relative to the size: two such agree to 1e-12.
+// The error of a depth that counts as certain, relative to the size: two such depths agree to 1e-12.
 constexpr double certain_within = 3 * tolerance::place_rounding;
 
 class MeshConvex {
  public:
-  /// `margin`: of contacts; that of the pair's options is wider.
+  /// `margin`: of contacts; that of the pair's options is larger.
   MeshConvex(const MeshConvexPair& pair, double margin) : pair_(pair), margin_(margin), contacts_(pair, margin) {}
 
   PairAnswer distance() const {
@@ -41,7 +41,7 @@ class MeshConvex {
     contacts_.append_patches(all, infinity, out);
     pair_.decide(near);
     if (near.signed_distance <= 0) return contacts_of_overlap(near, all, first, out);
-    // Where the shape lies inside, the gaps that were found are to the wrong side of the surface.
+    // If the shape lies inside, the distances found are to the wrong side of the surface.
     if (pair_.inside()) {
       out.resize(first);
       const PairAnswer answer = distance();
@@ -65,8 +65,8 @@ class MeshConvex {
     return r;
   }
 
-  // The deepest of the triangles that overlap, and the normals of them all, as they are asked: those that may be deeper
-  // than the ones before.
+  // The deepest of the triangles that overlap, and the normals of all, examined in turn if they may be deeper than the
+  // ones before.
   struct Overlap {
     PairAnswer deepest;
     double depth = 0;
@@ -80,7 +80,7 @@ class MeshConvex {
       const Corners p = pair_.corners(t);
       const TrianglePlane plane = pair_.plane_of(p);
       if (pair_.gap_along(plane) > 0) return false;
-      // No deeper than along a direction that is known to separate them, or along its own normal.
+      // At most the depth along a direction that is known to separate them, or along its own normal.
       const Vec3& n = plane.normal;
       const double along_normal =
           n.isZero() ? infinity : std::min(n.dot(pair_.support(n)) - plane.low, plane.high - n.dot(pair_.support(-n)));
@@ -102,7 +102,7 @@ class MeshConvex {
     return overlap;
   }
 
-  // Of an overlap, in the pair's coordinates; `near` is the nearest triangle's answer.
+  // The depth of an overlap, in the pair's coordinates; `near` is the nearest triangle's answer.
   PairAnswer depth(const PairAnswer& near) const {
     ConvexInMesh overlapping(pair_);
     SeparationSearch search(overlapping, {.normal = near.normal});
@@ -126,7 +126,7 @@ class MeshConvex {
     constexpr std::size_t most_directions = 5;
     for (const Vec3& n : overlap.normals)
       if (tried.size() < most_directions) along(n, 0.95);
-    // Deep inside, what separates from the hull may be as good as any.
+    // Deep inside, the separation from the hull may be as good as any.
     const double small = 0.1 * std::min(pair_.mesh().shape.size(), pair_.posed_convex().shape.size());
     if (!search.is_shortest() && known.length > small && pair_.model().hull(pair_.options().limit).dimension == 3)
       along(normal_of_hull());
@@ -141,8 +141,8 @@ class MeshConvex {
     return with_points(search.answer());
   }
 
-  // The first translation found that separates, for an overlap of which no bound is asked: off the deepest triangle,
-  // along the contacts' normals, beyond what lies before, out of the hull.
+  // The first translation found that separates, for an overlap without a requested bound: off the deepest triangle,
+  // along the contacts' normals, beyond obstacles, out of the hull.
   PairAnswer some_translation(const PairAnswer& near, std::span<const Contact> contacts) const {
     ConvexInMesh overlapping(pair_);
     SeparationSearch search(overlapping, {.normal = near.normal});
@@ -162,7 +162,7 @@ class MeshConvex {
     return with_points(search.answer());
   }
 
-  // What separates it from the mesh's hull.
+  // The direction that separates it from the mesh's hull.
   Vec3 normal_of_hull() const {
     const Posed &mesh = pair_.mesh(), convex = pair_.posed_convex();
     const PairAnswer hull = solve_convex(view_hull(mesh.shape, pair_.options().limit), mesh.pose, pair_.convex(),
@@ -170,7 +170,7 @@ class MeshConvex {
     return mesh.pose.rotation.transpose() * hull.normal;
   }
 
-  // Where the convex shape comes free, the surface's normal is a better direction.
+  // Where the convex shape separates last, the surface's normal is a better direction.
   template <class Along>
   void along_surface(SeparationSearch& search, const Along& along) const {
     constexpr int most_turns = 6;
@@ -184,7 +184,7 @@ class MeshConvex {
     }
   }
 
-  // No translation that was tried is free: one beyond the whole mesh is.
+  // If no translation that was tried is free, takes one beyond the whole mesh.
   void leave_bounds(Separation& known) const {
     known.length = -infinity;
     for (const std::uint32_t v : pair_.model().extreme(pair_.options().limit))
@@ -192,7 +192,7 @@ class MeshConvex {
     known.length -= known.normal.dot(pair_.support(-known.normal));
   }
 
-  // Where they are last to separate: on the mesh there, and the same point of the convex shape where it is now.
+  // Adds the points that separate last: on the mesh there, and the same point of the convex shape in its present pose.
   PairAnswer with_points(PairAnswer answer) const {
     const Vec3 translation = -answer.signed_distance * answer.normal;
     answer.point_a = pair_.moved(translation).nearest().point_a + translation;
@@ -206,7 +206,7 @@ class MeshConvex {
     return deepest;
   }
 
-  // Where no bound is asked for: does moving by the deepest contact separate?
+  // If no bound is requested: true if a translation by the deepest contact separates.
   bool deepest_separates(std::span<const Contact> contacts) const {
     if (pair_.options().mesh_bounds || contacts.empty()) return false;
     const Contact& c = *std::max_element(contacts.begin(), contacts.end(),
@@ -214,7 +214,7 @@ class MeshConvex {
     return c.depth > 0 && !pair_.moved((c.depth + pair_.translation_slack()) * c.normal).collide({&c.normal, 1});
   }
 
-  // Of two that are apart by `near`: no contact is nearer, and one is as near.
+  // For separated shapes with the distance of `near`: no contact is nearer, and one has that distance.
   PairAnswer contacts_of_gap(const PairAnswer& near, std::size_t first, std::vector<Contact>& out) const {
     if (near.signed_distance > margin_) {
       out.resize(first);
@@ -231,9 +231,9 @@ class MeshConvex {
     return answer;
   }
 
-  // Of triangles that overlap, the deepest by `near`: no shorter translation separates. Where a contact is that deep
-  // and none is deeper, moving by it is tried; else the translation that separates is looked for, and what is deeper
-  // than that does not push.
+  // For overlapping triangles, of which `near` is the deepest: no shorter translation separates. If a contact has that
+  // depth and none is deeper, a translation by it is tried; otherwise the separating translation is searched for, and
+  // contacts deeper than that are removed.
   PairAnswer contacts_of_overlap(const PairAnswer& near, PatchCollector& all, std::size_t first,
                                  std::vector<Contact>& out) const {
     const auto deepest = [&] { return deepest_of(std::span(out).subspan(first)); };
@@ -260,7 +260,7 @@ class MeshConvex {
     answer.collide = true;
     const double depth = -answer.signed_distance;
     bool separates = true;
-    if (pair_.size() == 0) return answer;  // two points in one place: any translation separates
+    if (pair_.size() == 0) return answer;  // two points at one position: any translation separates
     if (!pair_.options().mesh_bounds) {
       answer.status = Status::unproven;
       return answer;
@@ -275,7 +275,7 @@ class MeshConvex {
     return answer;
   }
 
-  // Do the two collide with the convex shape moved (world axes)?
+  // True if the two collide with the convex shape translated (world axes).
   bool collide_moved(const Vec3& move) const {
     const Pose& pose = pair_.posed_convex().pose;
     const Vec3 along = pair_.mesh().pose.rotation.transpose() * unit(move, move.norm());
@@ -298,9 +298,9 @@ PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request req
   if (model.convex(limit) && (model.hull(limit).vertices.size() <= small_hull || request == Request::contacts))
     return solve_convex(view_hull(mesh.shape, limit), mesh.pose, view(convex.shape), convex.pose, request, of_triangles,
                         contacts);
-  // Of two faces that touch to rounding no triangle is left out.
+  // Triangles of two faces that touch to rounding are all included.
   of_triangles.margin += tolerance::alike * (mesh.shape.size() + convex.shape.size());
-  // Seen from the mesh's translation: far out, poses that are tried would be rounded.
+  // Relative to the mesh's translation: far from the origin, poses that are tried would be rounded.
   const Vec3& origin = mesh.pose.translation;
   const Pose at{mesh.pose.rotation, Vec3::Zero()}, convex_at{convex.pose.rotation, convex.pose.translation - origin};
   const MeshConvexPair pair({mesh.shape, at}, {convex.shape, convex_at}, of_triangles);

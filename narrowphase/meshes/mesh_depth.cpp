@@ -1,3 +1,4 @@
+// The depth of two meshes that collide: the policy of the search.
 #include "meshes/mesh_depth.h"
 
 #include <algorithm>
@@ -19,7 +20,7 @@ namespace {
 
 constexpr std::uint32_t of_no_feature = 0xffffffffu;  // of a contact that stands for the overlap as a whole
 
-// By the deepest of the pairs of triangles: no shorter translation separates even these.
+// The bound by the deepest of the pairs of triangles: no shorter translation separates even these.
 Separation bound_by_triangles(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                               const NarrowPhaseOptions& options) {
   Separation deepest;
@@ -37,7 +38,8 @@ Separation bound_by_triangles(const Posed& a, const Posed& b, std::span<const Tr
   return deepest;
 }
 
-// Of one inside the other: no separating translation is shorter than the distance of the nearest point of the surface.
+// The bound for one inside the other: no separating translation is shorter than the distance of the nearest point of
+// the surface.
 Separation bound_by_surface(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
   NearestSearch search(a, b, options.limit);
   const Nearest near = search();
@@ -52,7 +54,7 @@ PairAnswer with_points(PairAnswer answer, const Vec3& middle) {
   return answer;
 }
 
-// As with the convex set that one bounds, if that is free; else inexact without bound.
+// The answer with the convex set that one bounds, if that translation is free; else inexact without bound.
 PairAnswer depth_as_convex(const Posed& a, const Posed& b, const OverlappingMeshes& overlap,
                            const NarrowPhaseOptions& options) {
   PairAnswer none;
@@ -61,13 +63,13 @@ PairAnswer depth_as_convex(const Posed& a, const Posed& b, const OverlappingMesh
   if (!bounds_convex(a, options.limit) && !bounds_convex(b, options.limit)) return none;
   const PairAnswer convex = overlap_as_convex(a, b, Request::distance, options, nullptr);
   const double depth = -convex.signed_distance;
-  // Of two that only touch, rounding may have set the convex one apart, wedged in as it may be.
+  // For two that only touch, rounding may separate the convex one although it is wedged in.
   const bool separates =
       is_as_convex(a, b, depth, options.limit) && overlap.is_free((overlap.effort.enough + depth) * convex.normal);
   return separates ? convex : none;
 }
 
-// What separates the hulls separates the meshes.
+// A direction that separates the hulls separates the meshes.
 void separate_hulls(const Posed& a, const Posed& b, const NarrowPhaseOptions& options, Separation& known) {
   const PairAnswer hulls = solve_convex(view_hull(a.shape, options.limit), a.pose, view_hull(b.shape, options.limit),
                                         b.pose, Request::distance, options, nullptr);
@@ -75,7 +77,7 @@ void separate_hulls(const Posed& a, const Posed& b, const NarrowPhaseOptions& op
   if (length < known.length) known = {known.certain, length, hulls.normal, (hulls.point_a + hulls.point_b) / 2};
 }
 
-// Beyond what the contacts ask for together, and along the normal of each patch.
+// Tries the translation that all contacts together require, and the normal of each patch.
 void separate_contacts(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                        const NarrowPhaseOptions& options, double slack, SeparationSearch& search) {
   constexpr std::size_t most = 48;
@@ -93,7 +95,8 @@ void separate_contacts(const Posed& a, const Posed& b, std::span<const TriangleP
       search.along(at->normal);
 }
 
-// At most how far a point (in the world) lies from a mesh; < 0 inside a solid, which has a ball about it that large.
+// An upper bound on the distance of a point (in the world) from a mesh; < 0 inside a solid: minus the radius of a ball
+// about it inside the mesh.
 double distance_of_point(const Posed& mesh, const Vec3& point, const NarrowPhaseOptions& options) {
   const Shape ball(Sphere{0});
   const Pose at{Mat3::Identity(), point};
@@ -101,16 +104,15 @@ double distance_of_point(const Posed& mesh, const Vec3& point, const NarrowPhase
   return mesh_of(mesh.shape).solid ? r.signed_distance + r.error_bound : std::max(0.0, r.signed_distance);
 }
 
-// A length that any translation has that separates two meshes that collide: that of the deepest of some triangles that
-// meet, and by how much the balls about a point, in the one and in the other, reach past what it lies outside of
-// either.
+// A lower bound on the length of translations that separate two colliding meshes: the deepest of some intersecting
+// triangles, and by how much balls about a point, in the one and in the other, exceed its distance outside of either.
 double certain_depth(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                      std::span<const Contact> contacts, const NarrowPhaseOptions& options) {
-  constexpr std::size_t most_pairs = 32;  // whose depth is looked at: each takes as long as a distance of triangles
+  constexpr std::size_t most_pairs = 32;  // whose depth is examined: each takes as long as a distance of triangles
   double certain = bound_by_triangles(a, b, pairs.first(std::min(pairs.size(), most_pairs)), options).certain;
   for (const Contact& c : contacts) {
     if (!(c.depth > certain)) continue;
-    // On A's surface, on B's, and midway, but for contacts that were moved along a face.
+    // On A's surface, on B's, and midway, except for contacts that were moved along a face.
     for (const double side : {0.5, -0.5, 0.0}) {
       const Vec3 point = c.point + side * c.depth * c.normal;
       certain = std::max(certain, -distance_of_point(a, point, options) - distance_of_point(b, point, options));
@@ -119,16 +121,16 @@ double certain_depth(const Posed& a, const Posed& b, std::span<const TrianglePai
   return certain;
 }
 
-// Does one direction push all contacts? Several, as of a floor and a wall, separate together.
+// True if one direction pushes all contacts. Several, as of a floor and a wall, separate only together.
 bool has_one_normal(std::span<const Contact> contacts) {
   return std::all_of(contacts.begin(), contacts.end(),
                      [&](const Contact& c) { return c.normal.dot(contacts.front().normal) > one_patch; });
 }
 
-// Seen from A's translation, which is zero: far out, those of moved bodies would be rounded.
+// Relative to A's translation, which is zero: far from the origin, those of moved bodies would be rounded.
 PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                          const NarrowPhaseOptions& options) {
-  constexpr std::size_t small_meshes = std::size_t{1} << 18;  // triangles of the one times those of the other
+  constexpr std::size_t small_meshes = std::size_t{1} << 18;  // product of the numbers of triangles
   const Separation bound = pairs.empty() ? bound_by_surface(a, b, options) : bound_by_triangles(a, b, pairs, options);
   OverlappingMeshes overlap(a, b, pairs, options);
   if (overlap.is_free((bound.certain + overlap.effort.enough) * bound.normal)) {
@@ -141,7 +143,7 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
   SeparationSearch search(overlap, {.certain = bound.certain});
   Separation& known = search.known;
   search.beyond_obstacles();
-  known.certain = std::min(known.certain, known.length);  // a sliver's depth may be more, for rounding
+  known.certain = std::min(known.certain, known.length);  // because of rounding a sliver's depth may be larger
   if (!search.is_shortest()) {
     const PairAnswer convex = depth_as_convex(a, b, overlap, options);
     if (convex.status == Status::ok) return convex;
@@ -152,7 +154,7 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
       separate_contacts(a, b, pairs, options, overlap.slack, search);
       search.shorten();
       search.confirm();
-      // Where they are last to separate.
+      // The pose where they separate last.
       const Pose at{b.pose.rotation,
                     b.pose.translation + (known.length + tolerance::least_apart * overlap.size) * known.normal};
       known.point = NearestSearch(a, {b.shape, at}, options.limit)().on_a - known.normal * (known.length / 2);
@@ -184,7 +186,7 @@ PairAnswer bounded_contacts(const Posed& a, const Posed& b, std::span<const Tria
   const double depth = -answer.signed_distance,
                slack = tolerance::translation_slack * (a.shape.size() + b.shape.size());
   const auto found = [&] { return std::span(contacts).subspan(first); };
-  // Seen from A's translation: far out, B's would be rounded.
+  // Relative to A's translation: far from the origin, B's would be rounded.
   const Pose at_a{a.pose.rotation, Vec3::Zero()};
   const Pose moved{b.pose.rotation, b.pose.translation - a.pose.translation + (depth + slack) * answer.normal};
   double shortest = depth, certain = 0;  // the true depth lies between

@@ -1,5 +1,5 @@
-// The depth of two meshes that collide: which of the search's methods are asked, in which order, and when the answer is
-// good enough.
+// The depth of two meshes that collide: which of the search's methods are used, in which order, and when the answer is
+// accepted.
 #pragma once
 #include <span>
 #include <vector>
@@ -11,13 +11,13 @@
 
 namespace tandem {
 
-/// The answer to a distance: triangles `pairs` meet, or one is inside the other.
+/// The answer to a distance request: triangles `pairs` intersect, or one is inside the other.
 PairAnswer depth_of_meshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                            const NarrowPhaseOptions& options);
 
-/// The answer to contacts, those from `first` on: their deepest, and how far off its depth may be. Contacts that are
-/// deeper than a translation that separates, or push along one direction by less than any that does, give way to the
-/// shortest translation that is known.
+/// The answer to a contact request, for the contacts from `first` on: the deepest, with a bound on the error of its
+/// depth. Contacts deeper than a translation that separates, or that push along one direction by less than any such,
+/// are replaced by the shortest known translation.
 PairAnswer bounded_contacts(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                             const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts);
 

@@ -1,3 +1,4 @@
+// A mesh and a half-space.
 #include <algorithm>
 #include <limits>
 #include <span>
@@ -28,10 +29,11 @@ PairAnswer solve_vertices_halfspace(const Posed& mesh, const PlaneInMesh& half, 
   double lowest = std::numeric_limits<double>::infinity();
   std::uint32_t at = 0;
   const std::size_t first = contacts ? contacts->size() : 0;
-  // Seen from the mesh's translation: far out, places that tell which corners are kept would be rounded.
+  // Relative to the mesh's translation: far from the origin, the positions by which corners are chosen would be
+  // rounded.
   const Vec3& origin = mesh.pose.translation;
   const auto turned = [&](std::uint32_t v) -> Vec3 { return mesh.pose.rotation * m.vertices[v]; };
-  // What touches to rounding has all of its patch.
+  // Contacts to rounding keep their whole patch.
   const double within = options.margin + tolerance::alike * mesh.shape.size();
   WorkMeter meter(options.limit);
   std::uint32_t seen = 0;
@@ -61,7 +63,7 @@ PairAnswer solve_vertices_halfspace(const Posed& mesh, const PlaneInMesh& half, 
 PairAnswer solve_mesh_halfspace(const Posed& mesh, const PlaneInMesh& half, Request request,
                                 const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
   const MeshModel& m = mesh_of(mesh.shape);
-  // A mesh that bends or is large is asked for its hull only where there is something to tell of it.
+  // For a deforming or large mesh the hull is used only if there is something to report.
   if (does_without_hull(m) && request != Request::distance) {
     const double height = -farthest_along(m, -half.local) - half.level;
     if (request == Request::collide || !(height <= options.margin)) {
@@ -70,7 +72,7 @@ PairAnswer solve_mesh_halfspace(const Posed& mesh, const PlaneInMesh& half, Requ
       return answer;
     }
   }
-  // The vertices that span what lies below the plane are vertices of the hull.
+  // The vertices that span the part below the plane are vertices of the hull.
   return solve_vertices_halfspace(mesh, half, m.extreme(options.limit), -infinity, request, options, contacts);
 }
 

@@ -1,3 +1,4 @@
+// A mesh with any other shape: roles and policy.
 #include "meshes/mesh_pair.h"
 
 #include <algorithm>
@@ -35,8 +36,8 @@ PairAnswer solve_with_mesh_first(const Posed& a, const Posed& b, Request request
   return solve_mesh_convex(a, b, request, options, contacts);
 }
 
-// Is a mesh by its hull farther than the margin from a bounded convex shape? Nothing more is asked then. The hull of an
-// open one, a terrain, is not made for that: it takes longer than a query.
+// True if the hull of a mesh is farther than the margin from a bounded convex shape; nothing more is needed then. The
+// hull of an open mesh such as a terrain is not built for that: it takes longer than a query.
 bool is_clear_of_hull(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                       double margin, const WorkLimit* limit) {
   const bool first = a.kind() == ShapeKind::mesh;
@@ -47,7 +48,7 @@ bool is_clear_of_hull(const Shape& a, const Pose& pose_a, const Shape& b, const 
   return gap > margin + tolerance::alike * (a.size() + b.size());
 }
 
-// Two whose triangles `pairs` meet, or of which one is inside the other; A's frame for the list of pairs.
+// Two meshes whose triangles `pairs` intersect, or of which one is inside the other; pairs refer to A's frame.
 struct Collision {
   const Posed &a, &b;
   const TriangleTest& test;
@@ -61,7 +62,7 @@ struct Collision {
   }
 };
 
-// They do not meet, exactly: however near they are, it is not 0.
+// They do not touch, exactly: the distance must not be 0.
 double no_touch(double distance) { return std::max(distance, std::numeric_limits<double>::min()); }
 
 PairAnswer distance_apart(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
@@ -76,7 +77,7 @@ PairAnswer distance_apart(const Posed& a, const Posed& b, const NarrowPhaseOptio
   return answer;
 }
 
-// The contacts of two meshes that do not meet; `gap` is null where nothing is asked of it.
+// The contacts of two meshes that do not intersect; `gap` is null if it is not needed.
 PairAnswer contacts_apart(const Posed& a, const Posed& b, const TriangleTest& test, const GapBound* gap,
                           const NarrowPhaseOptions& options, std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
@@ -84,7 +85,7 @@ PairAnswer contacts_apart(const Posed& a, const Posed& b, const TriangleTest& te
   PairAnswer answer;
   if (options.margin > 0 && (a.shape.is_convex() || b.shape.is_convex())) {
     answer = solve_as_convex(a, b, Request::contacts, options, &contacts);
-    // What rounding took for a touch is a gap.
+    // A contact by rounding is a small distance.
     for (Contact& c : std::span(contacts).subspan(first)) c.depth = -no_touch(-c.depth);
     answer.signed_distance = no_touch(answer.signed_distance);
     answer.collide = false;
@@ -95,7 +96,7 @@ PairAnswer contacts_apart(const Posed& a, const Posed& b, const TriangleTest& te
   return answer;
 }
 
-// The contacts of their hulls, unless these hardly touch and miss each other by rounding: false, and no contacts.
+// The contacts of their hulls, unless these hardly touch and are separated by rounding: then false, without contacts.
 bool contacts_of_hulls(const Collision& c, PairAnswer& answer, std::vector<Contact>& contacts) {
   if (!c.mesh_a().own_hull(c.options.limit) || !c.mesh_b().own_hull(c.options.limit)) return false;
   const std::size_t first = contacts.size();
@@ -105,7 +106,8 @@ bool contacts_of_hulls(const Collision& c, PairAnswer& answer, std::vector<Conta
   return false;
 }
 
-// As with the convex set that one bounds; false, and the contacts of their patches, where that does not stand for it.
+// The contacts with the convex set that one bounds; false, with the contacts of their patches, if that set does not
+// represent it.
 bool contacts_as_convex(const Collision& c, PairAnswer& answer, PatchSides& sides, std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
   answer = overlap_as_convex(c.a, c.b, Request::contacts, c.options, &contacts);
@@ -113,7 +115,7 @@ bool contacts_as_convex(const Collision& c, PairAnswer& answer, PatchSides& side
   if (is_as_convex(c.a, c.b, -answer.signed_distance, c.options.limit)) return true;
   contacts.resize(first);
   sides = c.add_patches(contacts);
-  // Through the surface into what it bounds may be the shorter translation.
+  // The translation through the surface into its interior may be shorter.
   const PairAnswer shortest = solve_meshes(c.a, c.b, Request::distance, c.options, nullptr);
   const double slack = tolerance::translation_slack * (c.a.shape.size() + c.b.shape.size());
   if (shortest.status != Status::ok ||
@@ -129,9 +131,9 @@ PairAnswer contacts_of_collision(const Collision& c, std::vector<Contact>& conta
   const std::size_t first = contacts.size();
   PairAnswer answer;
   for (const MeshModel* mesh : {&c.mesh_a(), &c.mesh_b()})
-    mesh->neighbours(c.options.limit);  // what follows asks for it
+    mesh->neighbours(c.options.limit);  // needed in the following
   if (contacts_of_hulls(c, answer, contacts)) return answer;
-  // Which way a triangle's corners go round, or those of a surface with a border, says nothing: it has no inside.
+  // The orientation of a single triangle, or of a surface with a border, is meaningless: it has no interior.
   const bool has_convex = bounds_convex(c.a, c.options.limit) || bounds_convex(c.b, c.options.limit);
   PatchSides sides;
   if (!has_convex || (c.mesh_a().closed && c.mesh_b().closed)) sides = c.add_patches(contacts);
@@ -161,15 +163,15 @@ PairAnswer distance_of_collision(const Collision& c) {
 
 bool goes_first(const Posed& a, const Posed& b) {
   const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
-  // One that is a point has a unit that does not grow with it.
+  // A mesh that is a point has a unit that does not scale with it.
   const auto unit = [](const MeshModel& m) { return m.half.isZero(0) ? 0 : m.unit; };
   if (unit(ma) != unit(mb)) return unit(ma) > unit(mb);
   if (ma.triangles.size() != mb.triangles.size()) return ma.triangles.size() > mb.triangles.size();
   const auto before = [](const auto& x, const auto& y) {
     return std::lexicographical_compare(x.data(), x.data() + x.size(), y.data(), y.data() + y.size());
   };
-  // Where each lies as seen from the other, which neither a common motion nor the order of vertices changes, along
-  // directions of no shape.
+  // The relative positions, which depend neither on a common motion nor on the order of vertices, along generic
+  // directions.
   const Pose &pa = a.pose, &pb = b.pose;
   const Vec3 between = pb.translation - pa.translation, g(0.3613, 0.4789, 0.8001), h(0.8171, -0.5471, 0.1829);
   const double b_of_a = g.dot(pa.rotation.transpose() * between), a_of_b = -g.dot(pb.rotation.transpose() * between);

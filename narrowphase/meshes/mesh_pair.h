@@ -1,5 +1,5 @@
-// A mesh with anything: which of the two goes first, and which solver answers. Of two meshes: by which method, which
-// their surfaces decide, and whether one bounds a convex set.
+// A mesh with any other shape: which of the two comes first, and which solver answers. For two meshes: by which method,
+// depending on their surfaces, and on whether one bounds a convex set.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -11,17 +11,17 @@
 
 namespace tandem {
 
-/// All pairs of triangles [i of A, j of B] that meet, sorted; each shape a mesh or a triangle. Exact. Of the
-/// options: `parts` and `limit`.
+/// All pairs of intersecting triangles [i of A, j of B], sorted; each shape a mesh or a triangle. Exact. Uses `parts`
+/// and `limit` of the options.
 std::vector<std::array<std::uint32_t, 2>> mesh_triangle_pairs(const Shape& a, const Pose& pose_a, const Shape& b,
                                                               const Pose& pose_b, const NarrowPhaseOptions& options);
 
-/// A mesh against anything (either or both may be the mesh; never two half-spaces).
+/// Answers a mesh against any shape (either or both may be meshes; never two half-spaces).
 PairAnswer solve_mesh(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                       const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
 
-/// Fixed roles for two with triangles, whichever way round they came: the same pair is then solved with the same
-/// rounding. The one that goes first has the larger unit.
+/// Canonical roles of two shapes with triangles, independent of their order: a pair is then solved with the same
+/// rounding. The first has the larger unit.
 bool goes_first(const Posed& a, const Posed& b);
 
 }  // namespace tandem

@@ -1,4 +1,5 @@
-// A mesh and a two-sided plane: apart, or where triangles cross it, as a mesh and the half-space on one of its sides.
+// A mesh and a two-sided plane: separated, or, where triangles cross it, as a mesh and the half-space on one of its
+// sides.
 #include <algorithm>
 #include <limits>
 #include <vector>
@@ -47,13 +48,13 @@ PlaneGaps plane_gaps(const MeshModel& mesh, const PlaneInMesh& plane, const Work
 
 namespace {
 
-/// From the lowest to the highest point of a triangle, above the plane.
+/// The height interval of a triangle above the plane.
 struct Span {
   double lo, hi;
 };
 
-/// The mesh may be moved along the plane's normal until a place without triangles is at the plane: this is what lies
-/// between the nearest such places, where a triangle meets the plane. Triangles that hang together leave none.
+/// The mesh may be moved along the plane's normal until a height without triangles is at the plane: the interval
+/// between the nearest such heights, for a triangle that meets the plane. Connected triangles leave no such heights.
 Span covered(const MeshModel& mesh, const PlaneInMesh& plane, const WorkLimit* limit) {
   WorkMeter meter(limit);
   std::vector<Span> spans;
@@ -80,7 +81,7 @@ Span covered(const MeshModel& mesh, const PlaneInMesh& plane, const WorkLimit* l
   return joined;
 }
 
-/// Each place that has a corner of a triangle once.
+/// Each position with a corner of a triangle, once.
 std::vector<std::uint32_t> places_in_use(const MeshModel& mesh) {
   std::vector<std::uint32_t> places;
   places.reserve(3 * mesh.triangles.size());
@@ -101,12 +102,12 @@ PairAnswer solve_mesh_plane(const Posed& mesh, const PlaneInMesh& plane, Request
   answer.collide = gaps.cut;
   if (request == Request::collide) return answer;
   if (gaps.cut ? m.components(options.limit).size() == 1 : std::max(gaps.above, gaps.below) == infinity) {
-    // Out on the side to which less sticks out; apart, on the one where it is.
+    // Out on the side beyond which the mesh reaches less; if separated, on its side.
     const double above = -farthest_along(m, -plane.local) - plane.level,
                  below = plane.level - farthest_along(m, plane.local);
     return solve_mesh_halfspace(mesh, below > above ? plane.turned_over() : plane, request, options, contacts);
   }
-  // In pieces: those beyond the place without triangles at which it comes out do not touch.
+  // In components: those beyond the height at which it comes out do not touch.
   const Span out = gaps.cut ? covered(m, plane, options.limit) : Span{gaps.above, -gaps.below};
   const bool over = gaps.cut ? -out.lo <= out.hi : gaps.above <= gaps.below;
   answer.signed_distance = over ? out.lo : -out.hi;

@@ -1,4 +1,4 @@
-// The solvers of a mesh with another shape, by what that is, and what they share.
+// The solvers of a mesh with another shape, by the kind of that, and their common functions.
 #pragma once
 #include <cstdint>
 #include <limits>
@@ -11,10 +11,10 @@
 
 namespace tandem {
 
-/// A plane, or that of a half-space, as a mesh sees it: local . x = level.
+/// A plane, or that of a half-space, in the mesh's frame: local . x = level.
 struct PlaneInMesh {
   Vec3 up;     ///< its normal in the world
-  Vec3 local;  ///< in the mesh's frame
+  Vec3 local;  ///< its normal in the mesh's frame
   double level;
 
   PlaneInMesh(const Pose& mesh, const Posed& plane);
@@ -22,32 +22,32 @@ struct PlaneInMesh {
   PlaneInMesh turned_over() const { return {-up, -local, -level}; }
 };
 
-/// How near a mesh comes to a plane from either side, by triangles that it does not cut; infinity without any.
+/// The distances of a mesh to a plane on either side, by triangles that do not cross it; infinity without any.
 struct PlaneGaps {
   double above = std::numeric_limits<double>::infinity(), below = above;
   std::uint32_t vertex_above = 0, vertex_below = 0;
-  bool cut = false;  ///< a triangle meets the plane: nothing else is told
+  bool cut = false;  ///< a triangle meets the plane: nothing else is set
 };
 PlaneGaps plane_gaps(const MeshModel& mesh, const PlaneInMesh& plane, const WorkLimit* limit);
 
-/// The solvers by what the other shape is; the mesh comes first. Contacts are appended for Request::contacts only.
+/// The solvers by the kind of the other shape; the mesh comes first. Contacts are appended for Request::contacts only.
 PairAnswer solve_meshes(const Posed& a, const Posed& b, Request request, const NarrowPhaseOptions& options,
                         std::vector<Contact>* contacts);  ///< both have triangles, goes_first(a, b)
 PairAnswer solve_mesh_halfspace(const Posed& mesh, const PlaneInMesh& half, Request request,
                                 const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
-/// Of a mesh's vertices these alone, and of them those at least `floor` above the plane, with a half-space.
+/// A half-space and only these of a mesh's vertices, of which those at least `floor` above the plane count.
 PairAnswer solve_vertices_halfspace(const Posed& mesh, const PlaneInMesh& half, std::span<const std::uint32_t> vertices,
                                     double floor, Request request, const NarrowPhaseOptions& options,
                                     std::vector<Contact>* contacts);
 PairAnswer solve_mesh_plane(const Posed& mesh, const PlaneInMesh& plane, Request request,
                             const NarrowPhaseOptions& options, std::vector<Contact>* contacts);
 PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request request, const NarrowPhaseOptions& options,
-                             std::vector<Contact>* contacts);  ///< bounded; a solid mesh may be that is its own hull
+                             std::vector<Contact>* contacts);  ///< bounded; may be a solid mesh equal to its hull
 
-/// The options for the triangles of a mesh: a solver that was named is one for meshes.
+/// The options for single triangles of a mesh: a named solver is one for meshes.
 inline NarrowPhaseOptions for_triangles(const NarrowPhaseOptions& options) {
   NarrowPhaseOptions o = options;
-  o.solver.clear();  // the name was that of a solver for meshes
+  o.solver.clear();  // it was the name of a solver for meshes
   return o;
 }
 

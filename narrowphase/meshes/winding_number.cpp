@@ -1,4 +1,4 @@
-// The generalised winding number by the borders of subtrees, and a solid of the places where it says inside.
+// The generalised winding number by the borders of subtrees, and a solid of the points where it is inside.
 #include "tandem/narrowphase/winding_number.h"
 
 #include <algorithm>
@@ -21,7 +21,8 @@
 namespace tandem {
 namespace {
 
-// How often the triangles of a subtree go along an edge from `from` to `to`, less how often back; from < to.
+// An edge with the number of a subtree's triangles that run along it from `from` to `to`, minus those in the other
+// direction; from < to.
 struct BorderEdge {
   std::uint32_t from, to;
   int times;
@@ -33,7 +34,7 @@ BorderEdge edge(std::uint32_t from, std::uint32_t to) {
   return from < to ? BorderEdge{from, to, 1} : BorderEdge{to, from, -1};
 }
 
-// Sorted, equal edges one, those that cancel left out.
+// Sorts, adds up equal edges, removes those that cancel.
 void add_up(std::vector<BorderEdge>& edges) {
   std::sort(edges.begin(), edges.end());
   std::size_t kept = 0;
@@ -45,11 +46,11 @@ void add_up(std::vector<BorderEdge>& edges) {
   edges.resize(kept);
 }
 
-// Half the solid angle of a triangle seen from zero (Van Oosterom and Strackee, The solid angle of a plane triangle,
-// 1983).
+// Half the solid angle of a triangle as seen from the origin (Van Oosterom and Strackee, The solid angle of a plane
+// triangle, 1983).
 double half_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
   const double la = a.norm(), lb = b.norm(), lc = c.norm(), longest = std::max({la, lb, lc});
-  // The product of three would leave the range of a double; directions alone count.
+  // The product of three would overflow; only directions matter.
   if (longest > 1e90) return half_angle(a / longest, b / longest, c / longest);
   const double over = a.dot(b.cross(c)), under = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
   return over == 0 && under == 0 ? 0 : std::atan2(over, under);
@@ -91,7 +92,7 @@ struct WindingNumber::Insides {
           stack[top++] = node_under(mesh, ref);
           continue;
         }
-        // Closed by triangles from the border to the box's middle.
+        // Closed by triangles from the border to the box's centre.
         for (const BorderEdge& e : border(node, k))
           sum += e.times * half_angle(mesh.vertices[e.from] - place, mesh.vertices[e.to] - place, box.mid - place);
       }
@@ -99,7 +100,7 @@ struct WindingNumber::Insides {
     return sum / (2 * std::numbers::pi);
   }
 
-  const Shape surface;  ///< of which the hierarchy is used: its triangles may be turned to go round alike
+  const Shape surface;  ///< whose hierarchy is used: its triangles may be reoriented
   const MeshModel& mesh;
   const std::vector<std::array<std::uint32_t, 3>> triangles;  ///< as given
   std::vector<BorderEdge> edges;
@@ -113,7 +114,7 @@ struct WindingNumber::Insides {
 
   std::uint32_t one_of(std::uint32_t v) const { return mesh.stands_for.empty() ? v : mesh.stands_for[v]; }
 
-  // Of all below a node; that of its inner children is kept.
+  // The border of all below a node; those of its inner children are stored.
   std::vector<BorderEdge> border_of(std::uint32_t node) {
     std::vector<BorderEdge> all;
     for (std::uint32_t k = 0; k < mesh.nodes[node].lanes(); ++k) {
@@ -146,7 +147,7 @@ Shape voxel_solid(const Mesh& mesh, const VoxelSolidOptions& options) {
   const Vec3 half = winding.mesh.half * (1 + tolerance::place_rounding);
   const Vec3 low = ((winding.mesh.centre - half) / options.size).array().floor();
   const Vec3 high = ((winding.mesh.centre + half) / options.size).array().ceil();
-  constexpr double farthest = 1 << 20;  // cells from the origin, as voxels has them
+  constexpr double farthest = 1 << 20;  // cells from the origin, as for voxels
   const double far = std::max(low.cwiseAbs().maxCoeff(), high.cwiseAbs().maxCoeff());
   if (!(far < farthest)) refuse("cells from the origin,", far, ("less than " + written(farthest)).c_str());
   const double cells = (high - low).prod();

@@ -1,4 +1,4 @@
-// FCL's continuous queries of a pair, answered by times of impact, in the terms of
+// FCL's continuous queries of a pair, answered by times of impact, with the interface of
 // fcl/narrowphase/continuous_collision.h.
 #include "tandem/fcl/continuous_queries.h"
 

@@ -1,4 +1,4 @@
-// FCL's own queries of a pair, for what tandem has no kind for.
+// FCL's own queries of a pair, for geometries that tandem does not have.
 #include "fcl_answers.h"
 
 #include <fcl/narrowphase/collision.h>

@@ -1,6 +1,6 @@
-// Registered objects with their boxes in floats, rounded outward, for tandem's broad phase, which finds all pairs from
-// what it kept of the step before, and for its hierarchy, which is asked for one object's. What they find is put to
-// FCL's own tests on the exact boxes.
+// Registered objects with their boxes in floats, rounded outward, for tandem's broad phase, which finds all pairs with
+// the candidates kept from the step before, and for its hierarchy, which answers for single objects. Results are
+// filtered by FCL's own tests on the exact boxes.
 #include "tandem/fcl/object_boxes.h"
 
 #include <algorithm>
@@ -19,20 +19,21 @@ namespace tandem::fcl {
 namespace {
 
 constexpr std::uint32_t none = 0xffffffffu;
-/// By how much larger the hierarchy's lowest nodes may become before it is built anew, by surface.
+/// Factor by which the surface of the hierarchy's lowest nodes may grow before it is built anew.
 constexpr double worn_out = 1.5;
-/// How many of the boxes, as one in so many, move before it is asked how worn it is: that takes a pass over an eighth.
+/// A quarter of the boxes move between two checks of that growth: a check takes a pass over an eighth of the nodes.
 constexpr std::size_t moves_between_checks = 4;
-/// How many boxes are compared with those beside them before all are: in a world where much touches, some of them do.
+/// The number of boxes that are compared with their neighbours before all are: in a crowded world some of them already
+/// overlap.
 constexpr std::size_t neighbours_asked = 128, neighbours_a_group = 8;
-/// Distances are rounded: a limit for the hierarchy is larger by more than that.
+/// Distances are rounded: a limit for the hierarchy is enlarged by more than that.
 constexpr double above_rounding = 1 + 32 * std::numeric_limits<double>::epsilon();
 
 constexpr float far = std::numeric_limits<float>::infinity();
 constexpr Aabb no_box{{far, far, far}, {-far, -far, -far}};
 
-/// Holds all that the box's bounds lie between, as far as floats reach, and at most two units in the last place more;
-/// NaN may be anywhere.
+/// The box in floats that contains the given one, as far as floats reach, and at most two units in the last place
+/// larger; NaN becomes unbounded.
 Aabb outward(const ExactBox& box) {
   constexpr double most = std::numeric_limits<float>::max(), smallest = std::numeric_limits<float>::min(),
                    last_place = std::numeric_limits<float>::epsilon();
@@ -47,7 +48,7 @@ Aabb outward(const ExactBox& box) {
   return out;
 }
 
-/// By their bits, so that a box with NaN is the same as itself.
+/// By their bits, so that a box with NaN equals itself.
 bool same(const ExactBox& a, const ExactBox& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 /// As ::fcl::AABB::overlap.
@@ -67,7 +68,7 @@ double distance(const ExactBox& a, const ExactBox& b) {
   return std::sqrt(sum);
 }
 
-/// What was made of the boxes, once for all that ask until they change, by the first of them.
+/// Data made from the boxes, once until they change, by the first of several threads that needs them.
 class MadeOnce {
  public:
   template <class Make>
@@ -85,7 +86,7 @@ class MadeOnce {
   std::mutex making_;
 };
 
-/// Keeps the pairs it is given.
+/// Collects pairs.
 class PairList final : public PairSink {
  public:
   PairList() { filter_ = &all_; }
@@ -111,7 +112,7 @@ class PairList final : public PairSink {
 
 }  // namespace
 
-/// Places whose boxes changed since something was made of them.
+/// Places whose boxes have changed since data were made from them.
 class Changes {
  public:
   void resize(std::size_t places) { flags_.resize(places); }
@@ -136,15 +137,15 @@ struct ObjectBoxes::Impl {
   std::vector<void*> objects;  // null: free
   std::vector<ExactBox> exact;
   std::vector<std::uint8_t> changed;   // since the lists of changes were made
-  std::vector<std::uint32_t> earlier;  // another registration of the same object, or none
+  std::vector<std::uint32_t> earlier;  // an earlier registration of the same object, or none
 
-  std::vector<std::uint32_t> some_changed;  // which may have, one by one
-  bool all_looked_at = false;               // or any of them
+  std::vector<std::uint32_t> some_changed;  // places that may have changed, one by one
+  bool all_looked_at = false;               // or all may have
 
   std::unordered_map<const void*, std::uint32_t> last;  // registration of an object
   std::vector<std::uint32_t> free;
   std::size_t count = 0;
-  std::size_t room = 0;  // places that what is made of them has room for; free ones are empty boxes there
+  std::size_t room = 0;  // number of places in data made from them; free ones are empty boxes there
 
   MadeOnce changes_listed;
   MadeOnce pairs_made;
@@ -157,12 +158,12 @@ struct ObjectBoxes::Impl {
   Changes changed_for_tree;
   std::vector<Aabb> tree_boxes;
   BoxQueries tree;
-  std::vector<std::uint8_t> is_placed;  // by place: it was taken when the tree was built
-  std::size_t moves = 0;                // since it was asked how worn the tree is
+  std::vector<std::uint8_t> is_placed;  // by place: it was in use when the tree was built
+  std::size_t moves = 0;                // since the last check of the tree's growth
 
   MadeOnce neighbours_made;
-  std::vector<std::uint32_t> in_order;    // the first places in the order of the tree as it was last built
-  std::vector<std::uint32_t> neighbours;  // the same before the tree was brought up to date
+  std::vector<std::uint32_t> in_order;    // the first places in the order of the tree when it was last built
+  std::vector<std::uint32_t> neighbours;  // the same before the tree was updated
 
   Impl() { pairs.clear(); }
   void change(std::uint32_t place);
@@ -231,7 +232,7 @@ void ObjectBoxes::Impl::make_pairs() {
 
 void ObjectBoxes::Impl::make_tree() {
   changes_listed.ensure([this] { list_changes(); });
-  current_neighbours();  // before the tree has another order: which thread comes first must not matter
+  current_neighbours();  // before the tree's order changes: which thread comes first must not matter
   tree_boxes.resize(room, no_box);
   bool build = is_placed.size() != room;
   is_placed.resize(room);
@@ -350,12 +351,12 @@ class OverlapVisitor final : public BoxVisitor {
   const Take& take_;
 };
 
-/// How far a search for near objects still goes.
+/// The remaining reach of a search for near objects.
 struct Reach {
   double limit;
   bool going = true;
 
-  /// What to say to the hierarchy, which shows what is at the limit, too.
+  /// The limit for the hierarchy, which also shows boxes at the limit.
   double outward() const { return going && limit > 0 ? limit * above_rounding : -1; }
 };
 
@@ -392,7 +393,7 @@ void ObjectBoxes::visit_overlapping(ObjectPairVisitor& visitor) const {
 }
 
 void ObjectBoxes::visit_overlapping(const ObjectBoxes& other, ObjectPairVisitor& visitor) const {
-  const bool swapped = size() < other.size();  // the smaller set asks the larger one
+  const bool swapped = size() < other.size();  // the smaller set queries the larger one
   Impl &large = swapped ? *other.impl_ : *impl_, &small = swapped ? *impl_ : *other.impl_;
   const BoxQueries& tree = large.current_tree();
   bool going = true;
@@ -425,7 +426,7 @@ void ObjectBoxes::visit_near(double limit, NearPairVisitor& visitor) const {
     if (distance(m.exact[a], m.exact[b]) < reach.limit)
       reach.going = visitor.visit(m.objects[std::min(a, b)], m.objects[std::max(a, b)], reach.limit);
   };
-  // Where two of them touch, nothing is to be made of the others' boxes.
+  // If two of these touch, no data of the others' boxes are needed.
   const std::span<const std::uint32_t> neighbours = m.current_neighbours();
   const auto is_taken = [&m](std::uint32_t place) { return m.objects[place] != nullptr; };
   for (std::size_t j = 0; j < neighbours.size(); ++j)
@@ -451,7 +452,7 @@ void ObjectBoxes::visit_near(double limit, NearPairVisitor& visitor) const {
 }
 
 void ObjectBoxes::visit_near(const ObjectBoxes& other, double limit, NearPairVisitor& visitor) const {
-  const bool swapped = size() < other.size();  // the smaller set asks the larger one
+  const bool swapped = size() < other.size();  // the smaller set queries the larger one
   Impl &large = swapped ? *other.impl_ : *impl_, &small = swapped ? *impl_ : *other.impl_;
   const BoxQueries& tree = large.current_tree();
   Reach reach{limit};

@@ -1,4 +1,5 @@
-// FCL's queries of a pair, answered by the narrow phase, in the terms of fcl/narrowphase/collision.h and distance.h.
+// FCL's queries of a pair, answered by the narrow phase, with the interface of fcl/narrowphase/collision.h and
+// distance.h.
 #include "tandem/fcl/pair_queries.h"
 
 #include <algorithm>
@@ -14,19 +15,19 @@ namespace {
 
 using detail::GeometryPair;
 
-/// Without options: made once, which takes as long as the distance of two spheres.
+/// With default options: constructed once, which takes as long as the distance of two spheres.
 const NarrowPhase& plain_narrow_phase() {
   static const NarrowPhase narrow_phase;
   return narrow_phase;
 }
 
-/// A contact of which nothing is asked but who touches. FCL leaves the rest unset.
+/// A contact that only names the two geometries. FCL leaves the rest unset.
 template <class S>
 ::fcl::Contact<S> touch(const GeometryPair<S>& q, int b1 = ::fcl::Contact<S>::NONE, int b2 = ::fcl::Contact<S>::NONE) {
   return {q.o1, q.o2, b1, b2, ::fcl::Vector3<S>::Zero(), ::fcl::Vector3<S>::Zero(), S(0)};
 }
 
-/// The triangles of meshes at a contact or answer, in FCL's terms: NONE of what is no mesh.
+/// The triangles of meshes at a contact or answer, in FCL's terms: NONE for other geometries.
 template <class S, class Place>
 std::array<int, 2> triangles(const GeometryPair<S>& q, const Place& place) {
   const auto at = triangles_at(*q.a, to_pose(q.tf1), *q.b, to_pose(q.tf2), place);
@@ -85,7 +86,7 @@ S answer_distance(const GeometryPair<S>& q, const ::fcl::DistanceRequest<S>& req
   const Pose pose_a = to_pose(q.tf1), pose_b = to_pose(q.tf2);
   const NarrowPhase& narrow_phase = plain_narrow_phase();
   constexpr int none = ::fcl::DistanceResult<S>::NONE;
-  // A depth of meshes takes far longer than to find that there is one.
+  // The depth of meshes takes far longer than the fact that they overlap.
   const bool only_overlap = !request.enable_signed_distance && !(q.a->is_convex() && q.b->is_convex()) &&
                             narrow_phase.solve(*q.a, pose_a, *q.b, pose_b, Request::collide).collide;
   if (only_overlap) {

@@ -1,3 +1,4 @@
+// Patches of contacts in concave corners of a mesh.
 #include "meshes/contacts/concave_corner.h"
 
 #include <algorithm>
@@ -11,8 +12,9 @@
 namespace tandem {
 namespace {
 
-// What was moved along a face may have left the other mesh, which leans there. A contact that is farther than half its
-// depth from a mesh goes to the nearest point of the curve, which lies on both; of two that go to one the deeper stays.
+// A contact moved along a face may have left the other mesh, where that leans away. A contact farther from a mesh than
+// half its depth is moved to the nearest point of the curve, which lies on both; of two moved to the same point the
+// deeper one stays.
 void keep_on_both(const PosedMeshes& m, const PatchPoints& points, std::size_t first, std::vector<Contact>& contacts) {
   const double size = (m.a.half + m.b.half).norm();
   WorkMeter meter(m.limit);
@@ -55,7 +57,7 @@ ConcaveCorner find_corner(const PosedMeshes& m, std::span<const Facet> facets, b
   const double slack = tolerance::in_plane * (m.a.half + m.b.half).norm(), side = of_a ? 1 : -1;
   std::array<Plane, most> planes;
   std::size_t count = 0;
-  // How far a triangle reaches in front of a plane, least and most.
+  // The least and largest height of a triangle in front of a plane.
   const auto heights = [&](const Plane& f, const std::array<Vec3, 3>& p) {
     return std::minmax(
         {side * (f.n.dot(p[0]) - f.level), side * (f.n.dot(p[1]) - f.level), side * (f.n.dot(p[2]) - f.level)});
@@ -117,7 +119,7 @@ void add_corner_face(const PosedMeshes& m, const PatchPoints& points, const Conc
   const std::array<List<Candidate>, 2> vertices{there(points.vertices[0], own == 0),
                                                 there(points.vertices[1], own == 1)},
       edges{there(points.edges[0], own == 0), there(points.edges[1], own == 1)};
-  // An edge in a face, or between two, is no ridge that another edge could lie on.
+  // An edge in a face, or between two, is no ridge on which another edge could lie.
   const PatchPoints on_it{{vertices[0], vertices[1]}, {edges[0], edges[1]}, {}, facets};
   const std::size_t first = contacts.size();
   add_points(m, on_it, face.n, memory, contacts);

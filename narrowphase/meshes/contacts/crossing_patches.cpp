@@ -1,3 +1,4 @@
+// Finds the curves along which two meshes cross, and the patches that they bound.
 #include "meshes/contacts/crossing_patches.h"
 
 #include <bit>
@@ -10,13 +11,13 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t shared_from = 1024;  // pairs of triangles from which on several threads may share the work
+constexpr std::size_t shared_from = 1024;  // pairs of triangles from which on several threads share the work
 constexpr std::size_t pairs_a_task = 256;
 
-// Calls take(k, crossing) for those of some pairs of triangles that cross, in their order.
+// Calls take(k, crossing) for the pairs of triangles that cross, in order.
 template <class Take>
 void each_crossing(const PosedMeshes& m, std::span<const TrianglePair> pairs, Take&& take) {
-  TriangleRows rows{};  // columns that are not set are computed with the others: what is in them must be numbers
+  TriangleRows rows{};  // unset columns are computed, too: they must contain numbers
   CrossingRows found;
   WorkMeter meter(m.limit);
   for (std::size_t first = 0; first < pairs.size(); first += TriangleRows::most) {
@@ -93,10 +94,10 @@ class PatchFinder {
       if (cross[k] != 0) crossings_.push_back(all[k]);
   }
 
-  // What is joined over A and what over B: each by itself, then all of it. A set's root is its first crossing,
-  // in whatever order it was joined.
+  // Joins crossings over A and over B, separately and then together. The root of a set is its first crossing, in
+  // whatever order it was joined.
   void flood_both(const PartRunner& parts) {
-    std::pmr::monotonic_buffer_resource memory;  // not for several threads
+    std::pmr::monotonic_buffer_resource memory;  // one for each thread: it is not thread-safe
     DisjointSets sets(crossings_.size(), &memory);
     List<Found> inside(&memory), touched(&memory);
     parts(2, [&](std::size_t task) {
@@ -115,10 +116,10 @@ class PatchFinder {
   }
 
   struct Crossed {
-    std::uint32_t crossing;  // one of them
+    std::uint32_t crossing;  // one of its crossings
     std::uint32_t edges;     // bits of the edges crossed
   };
-  /// What the curves cross of a mesh: triangles, and the ends of their crossed edges, each with its nearest piercing.
+  /// The crossed triangles of a mesh, and the ends of their crossed edges, each with its nearest piercing.
   struct CrossedMesh {
     // Most triangles and vertices have two crossings each.
     CrossedMesh(Memory memory, std::size_t crossings)
@@ -127,7 +128,7 @@ class PatchFinder {
     IndexMap<Inner> vertices;
   };
 
-  // Curves that share a triangle bound one patch, and so do curves between which the surface lies inside.
+  // Joins curves that share a triangle, and curves between which the surface lies inside: they bound one patch.
   void join_and_flood(bool of_a, DisjointSets& sets, List<Found>& inside, List<Found>& touched, Memory memory) const {
     WorkMeter meter(m_.limit);
     CrossedMesh crossed(memory, crossings_.size());
@@ -149,7 +150,7 @@ class PatchFinder {
       for (const Piercing& p : crossings_[c].end) {
         if (p.edge_of_a != of_a) continue;
         entry.edges |= 1u << p.corner;
-        // Which side the end of an edge is on, the piercing nearest to it tells.
+        // The side of an edge's end is given by the piercing nearest to it.
         const double length = (mesh.vertices[p.to] - mesh.vertices[p.from]).norm();
         for (const bool start : {true, false}) {
           Inner& n = crossed.vertices.emplace(start ? p.from : p.to, Inner()).first;
@@ -160,8 +161,8 @@ class PatchFinder {
     }
   }
 
-  // From crossed triangles over edges whose ends are inside into those that are inside as a whole. All triangles of
-  // patches, each with one of its crossings.
+  // A flood fill from crossed triangles over edges whose ends are inside to triangles that are entirely inside. Returns
+  // all triangles of patches, each with one of its crossings.
   List<std::pair<std::uint32_t, std::uint32_t>> flood(bool of_a, DisjointSets& sets, CrossedMesh& crossed,
                                                       List<Found>& inside, Memory memory, WorkMeter& meter) const {
     const MeshModel& mesh = m_.mesh(of_a);

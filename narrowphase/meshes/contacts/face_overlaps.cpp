@@ -1,3 +1,4 @@
+// Contacts of flat faces of two meshes that have sunk into each other.
 #include "meshes/contacts/face_overlaps.h"
 
 #include <algorithm>
@@ -12,7 +13,7 @@
 namespace tandem {
 namespace {
 
-// The triangles of a mesh about a patch that lie in one plane.
+// The coplanar triangles of a mesh at a patch.
 struct CoplanarFacets {
   Vec3 n;  // unit, from A to B
   double level, area;
@@ -21,12 +22,12 @@ struct CoplanarFacets {
   bool is_level(const std::array<Vec3, 3>& p, double slack) const {
     return std::all_of(p.begin(), p.end(), [&](const Vec3& v) { return std::abs(n.dot(v) - level) <= slack; });
   }
-  // The corners first: most facets lie elsewhere, and few are turned.
+  // Tests the corners first: most facets lie elsewhere, and few are oriented otherwise.
   bool contains(const Facet& f, double slack) const { return is_level(f.p, slack) && n.dot(f.n) > 0.5; }
 };
 
-// That of one of the facets: those of the patch, and what goes on from there as far as the other mesh's box. Where
-// sides lie on each other rounding says what the curve has reached.
+// The coplanar region of a facet: facets of the patch, extended as far as the other mesh's box. Where edges coincide,
+// rounding decides how far the curve extends.
 CoplanarFacets coplanar_facets(const PosedMeshes& m, std::span<const Facet> facets, const Facet& seed, bool of_a,
                                double slack, Memory memory) {
   constexpr std::size_t most = 512;
@@ -59,20 +60,19 @@ CoplanarFacets coplanar_facets(const PosedMeshes& m, std::span<const Facet> face
   return face;
 }
 
-// What lies between a face of A and one of B that face each other, where each has sunk into the other.
+// The overlap of a face of A and one of B that face each other and have sunk into each other.
 struct FaceOverlap {
   const CoplanarFacets *of_a, *of_b;
-  Vec3 n;  // that of the larger
+  Vec3 n;  // normal of the larger face
   double depth = 0, width = 0, area = 0;
   List<Contact> points;
 };
 
-// All corners of the overlap's outline along n.
-// `scratch`: what it holds stays as it is.
+// Sets the corners of the overlap's outline along n. `scratch` is unchanged afterwards.
 void outline(FaceOverlap& overlap, double size, Memory memory, const WorkLimit* limit, std::vector<Contact>& scratch) {
   WorkMeter meter(limit);
   const Vec3& n = overlap.n;
-  constexpr std::uint32_t made_up = 0xffffffffu;  // deepest of all, for want of others
+  constexpr std::uint32_t made_up = 0xffffffffu;  // a deepest point added for lack of others
   constexpr double any_depth = std::numeric_limits<double>::infinity();
   const double slack = tolerance::alike * size;
   const Vec3 u = any_perpendicular(n), v = n.cross(u);
@@ -117,7 +117,7 @@ void outline(FaceOverlap& overlap, double size, Memory memory, const WorkLimit* 
   for (const Contact& c : overlap.points) overlap.depth = std::max(overlap.depth, c.depth);
 }
 
-// How wide an outline is across its length.
+// The width of an outline across its length.
 double width_of(const FaceOverlap& overlap) {
   if (overlap.points.empty()) return 0;
   const auto farthest = [&](auto&& score) {
@@ -131,7 +131,7 @@ double width_of(const FaceOverlap& overlap) {
   return beside(farthest(beside));
 }
 
-// Does each of two faces of a mesh lie behind the other?
+// True if two faces of a mesh lie behind each other.
 bool is_ridge(const CoplanarFacets& f, const CoplanarFacets& g, bool of_a, double slack) {
   const double side = of_a ? 1 : -1;
   const auto is_behind = [&](const CoplanarFacets& face, const CoplanarFacets& plane) {
@@ -147,7 +147,7 @@ struct FacePair {
   CoplanarFacets of_a, of_b;
 };
 
-// The faces of a patch that face each other and have sunk into each other by `most` at most. Most patches have none.
+// Pairs of facing faces of a patch that have sunk into each other by at most `most`. Most patches have none.
 List<FacePair> facing_pairs(const PosedMeshes& m, const Facets& facets, const Vec3& area, double most, double size,
                             Memory memory) {
   const double slack = tolerance::in_plane * size;
@@ -159,8 +159,8 @@ List<FacePair> facing_pairs(const PosedMeshes& m, const Facets& facets, const Ve
     meter.spend(1 + static_cast<int>(facets[0].size() / 8));
     for (const Facet& g : facets[0]) {
       if (!(f.n.dot(g.n) > carries_patch)) continue;
-      // As thick all over, but for what an angle makes of it; and not deeper than wide, or nearly on its side: that
-      // would be less than half of the patch.
+      // Of uniform thickness except for a small angle; and not deeper than wide, or nearly perpendicular: that would be
+      // less than half of the patch.
       const double depth = f.n.dot(f.p[0] - g.p[0]), tilt = (f.n - g.n).norm();
       if (!(depth > -slack && depth < most && tilt * width <= std::max(slack, depth / 2))) continue;
       if (!area.isZero(0) && (depth > width || !(area.dot(f.n) > 0.1 * width * width))) continue;
@@ -190,7 +190,7 @@ bool add_face_overlaps(const PosedMeshes& m, const Facets& facets, const Vec3& a
     FaceOverlap overlap{&pair.of_a, &pair.of_b, n, 0, 0, 0, List<Contact>(memory)};
     outline(overlap, size, memory, m.limit, scratch);
     overlap.width = width_of(overlap);
-    // No edge, but for rounding.
+    // Wider than an edge, beyond rounding.
     if (overlap.depth <= most && overlap.width > 4 * tolerance::alike * size) overlaps.push_back(std::move(overlap));
   }
   const auto is_longer = [&](const FaceOverlap& overlap) {

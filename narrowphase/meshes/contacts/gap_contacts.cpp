@@ -1,3 +1,4 @@
+// Contacts of negative depth, where surfaces of two meshes are near each other without intersecting.
 #include "meshes/contacts/gap_contacts.h"
 
 #include <algorithm>
@@ -17,8 +18,8 @@
 namespace tandem {
 namespace {
 
-/// Pairs of places in which no points can be the nearest of both surfaces around them: along the line from the one to
-/// the other there is no normal of A, or none of B against it.
+/// Pairs of nodes that cannot contain points nearest to the other surface around them: along the line between them A
+/// has no normal, or B none against it.
 class ApartByNormals {
  public:
   ApartByNormals(const Posed& a, const Posed& b, const WorkLimit* limit)
@@ -46,7 +47,7 @@ class ApartByNormals {
     const double within = cone.angle + spread;
     if (!(within < std::numbers::pi / 2)) return false;
     const double cosine = offset.dot(cone.axis.cast<double>()) / length;
-    return (mesh.solid ? cosine : std::abs(cosine)) < std::cos(within);  // a surface has two sides
+    return (mesh.solid ? cosine : std::abs(cosine)) < std::cos(within);  // an open surface has two sides
   }
 
   const Posed &a_, &b_;
@@ -55,10 +56,10 @@ class ApartByNormals {
   const WorkLimit* const limit_;
 };
 
-/// In world axes about A's translation.
+/// In world axes relative to A's translation.
 class GapContacts {
  public:
-  /// `scratch`: what is added to it meanwhile goes again.
+  /// `scratch`: additions are removed again.
   GapContacts(const Posed& a, const Posed& b, const NarrowPhaseOptions& options, std::vector<Contact>& scratch)
       : a_(a),
         b_(b),
@@ -70,7 +71,7 @@ class GapContacts {
         patches_(size_, options),
         scratch_(scratch) {}
 
-  /// Two triangles that do not meet.
+  /// Adds two triangles that do not intersect.
   void add(const TrianglePair& pair, const Nearest& near) {
     Near found{near, direction(pair, near), pair};
     if (near.distance < nearest_.points.distance) nearest_ = found;
@@ -107,7 +108,8 @@ class GapContacts {
     return c;
   }
 
-  // Where the points lie so close that rounding turns the direction between them, that of the triangles' features.
+  // The direction between the points; where they are so close that rounding would turn it, that of the triangles'
+  // features.
   Vec3 direction(const TrianglePair& pair, const Nearest& near) const {
     if (near.distance > tolerance::noisy_difference * (reach(mesh_a_) + reach(mesh_b_)))
       return unit(near.on_b - near.on_a, near.distance);
@@ -118,7 +120,7 @@ class GapContacts {
     return near.distance > 0 ? unit(near.on_b - near.on_a, near.distance) : Vec3::UnitZ();
   }
 
-  // No point of either surface about these two is nearer to the other one.
+  // True if no point of either surface around these two is nearer to the other one.
   bool is_nearest_around(const Near& near) const {
     const double slack = tolerance::alike * size_;
     const Mat3 &to_a = a_.pose.rotation.transpose(), &to_b = b_.pose.rotation.transpose();
@@ -152,7 +154,7 @@ class GapContacts {
 PairAnswer gap_contacts(const Posed& a, const Posed& b, std::span<const TrianglePair> meeting,
                         const NarrowPhaseOptions& options, std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
-  // Made here, where a limit is known.
+  // Computed here, where a limit is known.
   for (const Posed& posed : {a, b}) mesh_of(posed.shape).neighbours(options.limit);
   GapContacts gaps(a, b, options, contacts);
   const auto meet = [&](std::uint32_t i, std::uint32_t j) {
@@ -175,7 +177,7 @@ PairAnswer gap_contacts(const Posed& a, const Posed& b, std::span<const Triangle
     return std::max_element(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
                             [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
   };
-  // The nearest points may be of triangles without a direction of their own, whose patch is none.
+  // The nearest points may belong to triangles without a direction of their own, which form no patch.
   if (const double slack = tolerance::alike * (a.shape.size() + b.shape.size());
       contacts.size() == first || deepest()->depth < -near.distance - slack)
     contacts.push_back({(answer.point_a + answer.point_b) / 2, answer.normal, -answer.signed_distance, 0});

@@ -1,3 +1,4 @@
+// Contacts of two meshes that intersect: chooses the method for each patch.
 #include "meshes/contacts/mesh_contacts.h"
 
 #include <algorithm>
@@ -16,7 +17,7 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t flat_limit = 512;  // triangles of a patch and mesh among which flat faces are looked for
+constexpr std::size_t flat_limit = 512;  // triangles of a patch and mesh among which flat faces are searched
 
 PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
                      PatchCollector& overlaps, std::vector<Contact>& contacts) {
@@ -36,7 +37,7 @@ PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const C
   };
   const ConcaveCorner of_first = corner_of(true), of_second = corner_of(false);
   const bool in_corner = of_first.faces.empty() != of_second.faces.empty();
-  // Every triangle of the one is held against every one of the other.
+  // Every triangle of one is tested against every one of the other.
   const Facets some{facets[0].first(std::min(facets[0].size(), flat_limit)),
                     facets[1].first(std::min(facets[1].size(), flat_limit))};
   if (!in_corner &&
@@ -79,7 +80,7 @@ Sides add_patches(const PosedMeshes& m, std::span<const TrianglePair> pairs, con
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size(), lent_memory(options));
   const std::size_t first = contacts.size();
   const CrossingPatches found(m, pairs, options.parts, &memory);
-  // Those along one normal are one patch, as with a convex shape.
+  // Overlaps along one normal form one patch, as with a convex shape.
   PatchCollector overlaps((m.a.half + m.b.half).norm(), options);
   Sides sides;
   sides.sure = true;
@@ -105,7 +106,7 @@ PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const Triangle
                           std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
   const double slack = tolerance::alike * (a.half + b.half).norm();
-  Sides taken;  // those in `contacts`
+  Sides taken;  // sides of the patches in `contacts`
   for (const bool turned_a : {false, true})
     for (const bool turned_b : {false, true}) {
       if ((turned_a && a.closed) || (turned_b && b.closed)) continue;

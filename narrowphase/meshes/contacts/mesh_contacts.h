@@ -1,3 +1,4 @@
+// Contacts of two meshes that intersect.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -11,27 +12,27 @@
 
 namespace tandem {
 
-/// What is known of the patches that were found.
+/// Properties of the patches that were found.
 struct PatchSides {
-  bool sure = false;  ///< no normal is in doubt, as of faces and edges that only touch, of which rounding makes curves
+  /// No normal is in doubt, unlike for faces and edges that only touch, where rounding creates curves.
+  bool sure = false;
   bool in_corner = false;  ///< a patch lies in a concave corner of one of the meshes, on each of its faces
 };
 
-/// Appends contacts of two meshes whose triangles `pairs` meet (not empty), in A's frame: one patch for each connected
-/// curve along which the surfaces cross, at most 4 points a patch. A patch's normal is the area vector of its curve,
-/// which equals the integral of A's normals over what of A is inside B; its depth is how far what of A and of B
-/// lies inside the other reaches past each other along it. Of a mesh with a border the inside is that of its two
-/// sides with the shorter translation. Where a curve goes round a corner of one mesh, two planes and up to four that
-/// each lie in front of the others, there is a patch for each of them. Where flat faces have sunk into each other there
-/// is a patch for each of their normals instead. Normals from A to B. Of the options: `parts` shares the work
-/// where many triangles meet, and changes no bit, `limit` and `memory`.
+/// Appends contacts of two meshes whose triangles `pairs` intersect (not empty), in A's frame: one patch for each
+/// connected curve along which the surfaces cross, at most 4 points a patch. A patch's normal is the area vector of its
+/// curve, which equals the integral of A's normals over the part of A inside B; its depth is the extent along it by
+/// which the inner parts of A and B reach past each other. For a mesh with a border the inside is that of its two sides
+/// with the shorter translation. Where a curve goes around a concave corner of one mesh, of two to four planes that
+/// each lie in front of the others, there is a patch for each plane. Where flat faces have sunk into each other there
+/// is a patch for each of their normals instead. Normals from A to B. Uses of the options: `parts` distributes the work
+/// if many triangles intersect, and changes no bit; `limit` and `memory`.
 PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                           std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options,
                           std::vector<Contact>& contacts);
 
-/// For those: if all triangles that meet only touch along some direction, their contacts along it take the place of
-/// those from `first` on; if there are none of these, there is at least one afterwards. Of the options: `limit` and
-/// `memory`.
+/// For the same pairs: if all intersecting triangles only touch along some direction, replaces the contacts from
+/// `first` on by contacts along it; if there are none, adds at least one. Uses `limit` and `memory` of the options.
 void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                        std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options, std::size_t first,
                        std::vector<Contact>& contacts);

@@ -1,3 +1,4 @@
+// Normal cones of a mesh's features.
 #include "meshes/contacts/normal_cone.h"
 
 #include <algorithm>
@@ -10,11 +11,11 @@
 namespace tandem {
 namespace {
 
-using tolerance::flush;  // sine of an angle that is none
+using tolerance::flush;  // sine of an angle that counts as zero
 
 }  // namespace
 
-// From edge to edge about the corner, in both senses.
+// Goes from edge to edge about the corner, in both directions.
 bool has_higher_neighbour(const MeshModel& mesh, std::uint32_t t, std::size_t k, const Vec3& n) {
   const Vec3 corner = mesh.corners(t)[k];
   for (const bool back : {true, false}) {
@@ -31,7 +32,7 @@ bool has_higher_neighbour(const MeshModel& mesh, std::uint32_t t, std::size_t k,
   return false;
 }
 
-// Of triangles that are no slivers: beyond these `flush` is a small part of an angle.
+// For triangles that are not slivers, for which `flush` is a small fraction of an angle.
 bool CornerNormals::find(const MeshModel& mesh, std::uint32_t t) {
   least_cosine_ = 1;
   const auto own = triangle_normal(mesh, t, tolerance::sliver_in_cone);
@@ -51,7 +52,7 @@ std::optional<double> CornerNormals::kept_least_cosine(const MeshModel& mesh, st
   });
 }
 
-// From edge k of t about its first corner back to t.
+// Goes from edge k of t about its first corner back to t.
 bool CornerNormals::go_around(const MeshModel& mesh, std::uint32_t t, std::size_t k) {
   std::array<Vec3, most_about_corner>& normals = normals_[k];
   std::size_t& count = count_[k];
@@ -81,7 +82,7 @@ bool in_normal_cone(const MeshModel& mesh, std::uint32_t t, const Vec3& n, const
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t to = (k + 1) % 3;
     if (!high[k] || !high[to]) continue;
-    // Along an edge what lies around its corners tells only of these.
+    // The surroundings of an edge's ends matter only near these.
     const std::uint32_t next = mesh.neighbours()[t][k];
     if (next != no_index)
       for (const Vec3& v : mesh.corners(next))

@@ -1,4 +1,4 @@
-// The normal cone of a surface about a point of it: the directions along which a contact there pushes.
+// The normal cone of a surface at a point: the directions along which a contact there pushes.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -9,33 +9,34 @@
 
 namespace tandem {
 
-/// Is n (unit, mesh's frame) in the normal cone of the feature of triangle t (its face, an edge, a corner) that lies
-/// farthest along it? It is if no triangle beside that feature reaches farther: on a flat or hollow surface only faces
-/// push, not the edges between them. `at` is where t is touched: of an edge only what lies beside it there counts,
-/// around its corners within `slack` of these.
+/// True if n (unit, mesh's frame) is in the normal cone of the feature of triangle t (its face, an edge, a corner) that
+/// is farthest along n: no adjacent triangle reaches farther. On a flat or concave surface only faces push, not the
+/// edges between them. `at` is the point of contact: for an edge only the triangles beside it count, near its ends
+/// (within `slack`) also those around them.
 bool in_normal_cone(const MeshModel& mesh, std::uint32_t t, const Vec3& n, const Vec3& at, double slack);
 
-/// Does a triangle around corner k of t reach farther along n than that corner?
+/// True if a triangle around corner k of t reaches farther along n than that corner.
 bool has_higher_neighbour(const MeshModel& mesh, std::uint32_t t, std::size_t k, const Vec3& n);
 
-/// What holds the normal cones of a triangle's edges and corners: cones spanned by the normals of the triangles about
+/// The normal cones of a triangle's edges and corners, bounded by cones spanned by the normals of the triangles around
 /// each.
 class CornerNormals {
  public:
-  /// False where they are not known: at borders and slivers.
+  /// False if they are unknown: at borders and slivers.
   bool find(const MeshModel& mesh, std::uint32_t t);
 
-  /// least_cosine() alone, less by at most 1e-6, kept with the mesh; none where it is not known.
+  /// A lower bound of least_cosine(), at most 1e-6 smaller, stored with the mesh; empty if unknown.
   static std::optional<double> kept_least_cosine(const MeshModel& mesh, std::uint32_t t);
 
   const Vec3& normal() const { return normal_; }  ///< the triangle's own, unit
-  /// Of the angle between that and any direction in the cones, at most; with something to spare for rounding.
+  /// The least cosine of the angle between that normal and any direction in the cones, reduced by a margin for
+  /// rounding.
   double least_cosine() const { return least_cosine_; }
-  /// Unit, about corner k; the first is the triangle's own, the first two are those on both sides of edge k, which
-  /// leads from corner k to the next.
+  /// Unit normals about corner k; the first is the triangle's own, the first two are those on both sides of edge k,
+  /// from corner k to the next.
   std::span<const Vec3> normals(std::size_t k) const { return std::span(normals_[k]).first(count_[k]); }
-  /// Vertices about corner k, none of which reaches farther than that along a direction of its normal cone; the first
-  /// two are the edge's end and the one across it.
+  /// Vertices about corner k, none of which is farther than the corner along a direction of its normal cone; the first
+  /// two are the edge's end and the vertex across it.
   std::span<const std::uint32_t> around(std::size_t k) const { return std::span(around_[k]).first(count_[k]); }
 
  private:

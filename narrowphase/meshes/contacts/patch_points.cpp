@@ -1,3 +1,4 @@
+// Turns a patch into contacts: its normal, its points, and their depths.
 #include "meshes/contacts/patch_points.h"
 
 #include <algorithm>
@@ -16,8 +17,8 @@
 namespace tandem {
 namespace {
 
-// What rounding may make of the area of a patch's curve: its points lie in both triangles' planes to rounding, the less
-// exactly the flatter these cross.
+// The rounding error of the area of a patch's curve: its points lie in both triangles' planes to rounding, less exactly
+// the smaller the angle between these.
 double noise_of(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings) {
   const auto normal = [&](bool of_a, std::uint32_t t) {
     const auto p = m.corners(of_a, t);
@@ -36,7 +37,7 @@ double noise_of(const PosedMeshes& m, const Patch& patch, std::span<const Crossi
   return noise;
 }
 
-// The one plane of a mesh's triangles of a patch that faces the other along n; nullptr if there are several.
+// The only plane of a mesh's triangles of a patch that faces the other mesh along n; nullptr if there are several.
 const Facet* sole_face(std::span<const Facet> facets, const Vec3& n, double slack) {
   constexpr double on_its_side = 0.1;
   const Facet* face = nullptr;
@@ -49,10 +50,11 @@ const Facet* sole_face(std::span<const Facet> facets, const Vec3& n, double slac
   return face;
 }
 
-constexpr std::size_t span_limit = 16;  // ridges of a patch that are held against those of the other mesh
+constexpr std::size_t span_limit = 16;  // ridges of a patch that are tested against those of the other mesh
 
-// Do the two triangles at the edge lie behind each other's planes, or is it a border? Only such edges can be deepest
-// where they cross one of the other mesh. Of a surface with a border either side may be the outer one: all count.
+// True if the two triangles at the edge lie behind each other's planes, or the edge is a border. Only such edges can be
+// deepest where they cross one of the other mesh. For a surface with a border either side may be the outer one: all
+// edges count.
 bool is_ridge(const MeshModel& mesh, std::uint32_t t, std::uint32_t corner) {
   const std::uint32_t next = mesh.neighbours()[t][corner];
   if (next == no_index || !mesh.closed) return true;
@@ -63,13 +65,13 @@ bool is_ridge(const MeshModel& mesh, std::uint32_t t, std::uint32_t corner) {
   return n.dot(q[(shared + 2) % 3] - p[0]) < -tolerance::in_plane * n.norm() * mesh.half.norm();
 }
 
-// How far two such stretches, of A and of B, reach past each other where they cross as seen along n: within `slack` of
-// their ends, too, which lie over the other's where a face stands along n.
+// The depth at which two ridge intervals, of A and of B, overlap along n where they cross in projection; also within
+// `slack` of their ends, which lie over the other's where a face is parallel to n.
 std::optional<double> overlap_of_ridges(const RidgeSpan& a, const RidgeSpan& b, const Vec3& n, double slack,
                                         Vec3& point) {
   const Vec3 d = a.q - a.p, e = b.q - b.p, r = b.p - a.p;
   const double det = n.dot(d.cross(e));
-  // Where two that are parallel cross is rounding's doing; what lies over their ends is known without.
+  // The crossing of parallel ones depends on rounding; points over their ends are known without it.
   if (!(std::abs(det) > tolerance::flush * d.norm() * e.norm())) return std::nullopt;
   const double s = n.dot(r.cross(e)) / det, t = n.dot(r.cross(d)) / det;
   const auto on = [slack](double fraction, const Vec3& edge) {
@@ -83,8 +85,8 @@ std::optional<double> overlap_of_ridges(const RidgeSpan& a, const RidgeSpan& b, 
   return depth >= 0 ? std::optional(depth) : std::nullopt;
 }
 
-// As many of the stretches as are held against others: those that reach farthest along n, of alike ones those that lie
-// farthest along a direction of their own.
+// The intervals that are tested against others: those farthest along n, among equals those farthest along another
+// direction.
 List<const RidgeSpan*> farthest_spans(std::span<const RidgeSpan> spans, const Vec3& n, double slack, Memory memory) {
   List<const RidgeSpan*> out(memory);
   out.reserve(spans.size());
@@ -101,8 +103,8 @@ List<const RidgeSpan*> farthest_spans(std::span<const RidgeSpan> spans, const Ve
   return out;
 }
 
-// How far a point of one mesh lies beyond the other's surface, measured along `n` (from A to B); negative if nothing
-// of that surface is there.
+// Measures how far a point of one mesh lies beyond the other's surface along `n` (from A to B); negative if that
+// surface has no point there.
 class DepthProbe {
  public:
   DepthProbe(const Facets& facets, const Vec3& n, const WorkLimit* limit, Memory memory)
@@ -116,7 +118,7 @@ class DepthProbe {
       for (const Facet& facet : facets[of_a]) {
         meter.spend();
         const auto& p = facet.p;
-        // Only the sides that face each other, not those along n but for what little a pose is off.
+        // Only facets that face the other mesh, not those parallel to n within a small angle.
         if (!(facet.n.dot(n) > tolerance::flush)) continue;
         Flat f;
         for (std::size_t k = 0; k < 3; ++k) f.x[k] = u_.dot(p[k]), f.y[k] = v_.dot(p[k]), f.z[k] = n.dot(p[k]);
@@ -136,7 +138,7 @@ class DepthProbe {
     const std::span<const Box> boxes = boxes_[c.of_a ? 0 : 1];
     for (std::size_t k = 0; k < boxes.size(); ++k) {
       if (k % 32 == 0) meter.spend();
-      // `&`: which of them tells is as good as random.
+      // `&`: which comparison fails is unpredictable.
       const Box& box = boxes[k];
       if (((x >= box.low_x) & (x <= box.high_x) & (y >= box.low_y) & (y <= box.high_y)) == 0) continue;
       const Flat& f = flats_[c.of_a ? 0 : 1][k];
@@ -160,7 +162,7 @@ class DepthProbe {
   static constexpr double edge = tolerance::on_edge;  // a point on an edge belongs to both sides
   static constexpr std::size_t usual_flats = 64;
   struct Box {
-    double low_x, high_x, low_y, high_y;  // wide enough for that
+    double low_x, high_x, low_y, high_y;  // enlarged by that
   };
   struct Flat {
     std::array<double, 3> x, y, z;
@@ -170,8 +172,8 @@ class DepthProbe {
   std::array<List<Flat>, 2> flats_;
 };
 
-// The candidates, all of one mesh, farthest out in eight directions along the patch, and the farthest beyond it: of
-// those that are as far but for `slack` the farthest along the patch's u.
+// Chooses from the candidates, all of one mesh, those farthest in eight directions along the patch, and the farthest
+// beyond it: of those equal within `slack` the farthest along the patch's u.
 void choose(std::span<const Candidate> all, const Vec3& n, const Vec3& u, const Vec3& v, double slack, WorkMeter& meter,
             List<Candidate>& chosen) {
   constexpr std::size_t at_once = 256;
@@ -211,8 +213,8 @@ PatchNormal normal_of(const PosedMeshes& m, const Patch& patch, const Facets& fa
     open += q - p;
     length += (q - p).norm();
   }
-  // A curve that closes has an area; a slit or an open curve (of a surface with a border) has no direction.
-  // Two edges that cross make a sliver with the right normal, however thin; a wide patch that thin is noise.
+  // A closed curve has an area vector; a slit or an open curve (of a surface with a border) has no direction. Two edges
+  // that cross make a sliver with the right normal, however thin; a wide patch that thin is noise.
   const double least = patch.vertices.empty() ? tolerance::sliver_patch : tolerance::wide_patch, ample = 1e3;
   if (open.norm() <= tolerance::flush * length &&
       (area.norm() > least * length * length || area.norm() > ample * noise_of(m, patch, crossings)))
@@ -226,7 +228,7 @@ Vec3 normal_of_face(const PosedMeshes& m, const PatchPoints& points, const Vec3&
   const double slack = tolerance::in_plane * (m.a.half + m.b.half).norm();
   const Facet *of_a = sole_face(points.facets[1], n, slack), *of_b = sole_face(points.facets[0], n, slack);
   if (of_a != nullptr && of_b != nullptr) {
-    // The face of the two which less of the other mesh has come through.
+    // The face of the two through which less of the other mesh has passed.
     double beyond_a = 0, beyond_b = 0;
     const auto include = [&](std::span<const Candidate> some) {
       for (const Candidate& c : some) {
@@ -245,7 +247,7 @@ void find_spans(const PosedMeshes& m, const Patch& patch, std::span<const Crossi
                 List<RidgeSpan>& spans) {
   const MeshModel& mesh = m.mesh(of_a);
   const auto& neighbours = mesh.neighbours();
-  // Each edge is seen from both of its triangles.
+  // Each edge belongs to two triangles: count it once.
   const auto is_first = [&](std::uint32_t t, std::uint32_t corner) {
     const std::uint32_t next = neighbours[t][corner];
     return next == no_index || t < next;
@@ -322,7 +324,7 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
     for (const RidgeSpan* b : ridges[0])
       if (Vec3 point = Vec3::Zero(); const auto d = overlap_of_ridges(*a, *b, n, slack, point))
         add(point, *d, a->feature);
-  // Where the surfaces cross the depth is nothing: such points say little beside the deep ones.
+  // At the curve the depth is zero: such points matter little beside the deep ones.
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),
                  contacts.end());

@@ -1,21 +1,21 @@
-// From a patch to contacts: the direction along which it is measured, its points, and how deep these lie.
+// From a patch to contacts: the direction in which depths are measured, the points, and their depths.
 #pragma once
 #include "meshes/contacts/crossing_patches.h"
 
 namespace tandem {
 
-/// The stretch of a ridge inside the other mesh.
+/// The interval of a ridge inside the other mesh.
 struct RidgeSpan {
   Vec3 p, q;
   std::uint32_t feature;
 };
 
-/// Appends what of the ridges of a mesh lies inside the other: between two piercings, or from one to an end that is
-/// inside. Of those that lie inside as a whole the ends say enough.
+/// Appends the intervals of a mesh's ridges inside the other: between two piercings, or from one to an end that is
+/// inside. For edges entirely inside their ends suffice.
 void find_spans(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings, bool of_a, Memory memory,
                 List<RidgeSpan>& spans);
 
-/// What of a patch does not depend on the direction along which it is measured; of B, of A.
+/// The points of a patch, which do not depend on the direction in which depths are measured; of B, of A.
 struct PatchPoints {
   std::array<std::span<const Candidate>, 2> vertices, edges;
   std::array<std::span<const RidgeSpan>, 2> spans;
@@ -28,16 +28,18 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
 
 struct PatchNormal {
   Vec3 n;             ///< unit, from A to B; zero if there is none
-  bool sure = false;  ///< of a curve with an area
-  Vec3 area;          ///< of the curve
+  bool sure = false;  ///< the normal of a curve with an area
+  Vec3 area;          ///< area vector of the curve
 };
 
-/// The area vector's direction, of a curve that closes and has an area beyond rounding; else that of the faces' sum.
+/// The direction of the area vector, for a closed curve with an area beyond rounding; else that of the sum of the
+/// faces' normals.
 PatchNormal normal_of(const PosedMeshes& m, const Patch& patch, const Facets& facets,
                       std::span<const Crossing> crossings);
 
-/// The curve of what has come through a flat face goes round the face's edge, too, where it lies over that: a little
-/// off the face's normal, which is the shorter translation. Returns that, or n where no face is flat.
+/// Where a body has passed through a flat face beyond its edge, the curve goes around the edge, too: the area vector is
+/// slightly off the face's normal, which is the shorter translation. Returns the face's normal, or n if no face is
+/// flat.
 Vec3 normal_of_face(const PosedMeshes& m, const PatchPoints& points, const Vec3& n);
 
 }  // namespace tandem

@@ -1,4 +1,4 @@
-// Two meshes in the frame of the first, their triangles, and what contacts of theirs are named by.
+// Two meshes in the frame of the first, their triangles, and the names of contacts.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -14,19 +14,19 @@
 
 namespace tandem {
 
-/// Everything of a query lies in one piece of memory, nearly always on the stack, and goes with it.
+/// All data of a query are in one block of memory, usually on the stack, and are released with it.
 using Memory = std::pmr::memory_resource*;
 constexpr std::size_t usual_memory = std::size_t{48} << 10;  // bytes
 
 template <class T>
 using List = std::pmr::vector<T>;
 
-/// Two meshes; what is computed is in A's frame.
+/// Two meshes; computations are in A's frame.
 struct PosedMeshes {
   const MeshModel& a;
   const MeshModel& b;
   const TriangleTest& frame;
-  /// Its triangles are taken to go round the other way: of a surface with a border either side may be the outer one.
+  /// Reverses the orientation of its triangles: for a surface with a border either side may be the outer one.
   bool turned_a = false, turned_b = false;
   const WorkLimit* limit = nullptr;
 
@@ -48,7 +48,7 @@ struct Facet {
   Vec3 n;  ///< unit, from A to B; zero without area
 };
 
-/// Of B, of A.
+/// Facets of B, of A.
 using Facets = std::array<std::span<const Facet>, 2>;
 
 inline Facet facet_of(const PosedMeshes& m, bool of_a, std::uint32_t t) {
@@ -63,7 +63,7 @@ constexpr std::uint32_t feature_of(std::uint32_t kind, std::uint32_t index) {
   return kind << 30 | (index & 0x3fffffffu);
 }
 
-/// By feature; of one feature in several patches the place decides.
+/// By feature; for one feature in several patches by position.
 void sort_contacts(std::span<Contact> contacts);
 
 }  // namespace tandem

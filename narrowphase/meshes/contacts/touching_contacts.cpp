@@ -17,11 +17,12 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t crossed_faces = 16;  // pairs of triangles that touch whose edges say how
+// Pairs of touching triangles whose edge cross products are tried as directions.
+constexpr std::size_t crossed_faces = 16;
 
-// Surfaces that only touch, or lie in each other's planes, cross along no curve. A direction along which no triangle of
-// A reaches beyond one of B that it meets separates them; where there is none (or one holds the other) it is that of
-// the least overlap of the hulls.
+// Contacts of surfaces that only touch, or are coplanar, and so cross along no curve. A direction along which no
+// triangle of A reaches beyond one of B that it intersects separates them; if there is none (or one contains the other)
+// the direction of least overlap of the hulls is used.
 class Touching {
  public:
   Touching(const PosedMeshes& m, std::span<const TrianglePair> pairs, Memory memory)
@@ -38,7 +39,7 @@ class Touching {
     find_separating_direction();
   }
 
-  /// Is there such a direction, to rounding?
+  /// True if there is such a direction, to rounding.
   bool separable() const { return separable_; }
 
   void append(std::vector<Contact>& contacts) {
@@ -79,10 +80,10 @@ class Touching {
     Vec3 normal_a, normal_b;  // unit; zero without area
   };
 
-  static constexpr std::size_t most_points = 128;  // held against each other
-  static constexpr std::size_t at_once = 16;       // triangles or vertices between two that are counted as work
+  static constexpr std::size_t most_points = 128;  // compared with each other
+  static constexpr std::size_t at_once = 16;       // triangles or vertices between two counts of work
 
-  // Those farthest out in sixteen directions along the contact's plane, the first among alike.
+  // Keeps those farthest in sixteen directions along the contact's plane, the first among equals.
   void keep_outer(std::vector<Contact>& contacts, std::size_t first) const {
     constexpr int directions = 16;
     const Vec3 u = any_perpendicular(n_), v = n_.cross(u);
@@ -117,14 +118,14 @@ class Touching {
   }
 
   bool blocks(const Faces& f, const Vec3& n) const {
-    // A solid may not be pushed into.
+    // A solid must not be pushed into.
     if (m_.a.solid && n.dot(f.normal_a) < -carries_patch) return true;
     if (m_.b.solid && n.dot(f.normal_b) > carries_patch) return true;
     return overlap(f, n) > slack_;
   }
 
-  // Takes the direction if it separates them and none did before. Who blocked the one before is asked first: with
-  // many triangles next to no direction is held against more than a few.
+  // Takes the direction if it separates them and none did before. The face that blocked the one before is tried first:
+  // with many triangles hardly any direction is tested against more than a few.
   void consider(const Vec3& n) {
     if (separable_ || n.norm() < 0.5 || blocks(faces_[blocking_], n)) return;
     for (std::size_t k = 0; k < faces_.size(); ++k) {
@@ -161,7 +162,7 @@ class Touching {
     return r;
   }
 
-  // Of what the boxes share, midway between the hulls' surfaces.
+  // The centre of the boxes' intersection, midway between the hulls' surfaces.
   Vec3 middle() {
     const Vec3 centre_b = m_.frame.in_a(m_.b.centre), half_b = m_.frame.map().cwiseAbs() * m_.b.half;
     const Vec3 p = 0.5 * ((m_.a.centre - m_.a.half).cwiseMax(centre_b - half_b) +
@@ -209,14 +210,14 @@ class Touching {
 
   const PosedMeshes& m_;
   const std::span<const TrianglePair> pairs_;
-  const double slack_;  // what counts as touching
+  const double slack_;  // distance that counts as touching
   WorkMeter meter_;
   List<Faces> faces_;
-  Vec3 sides_ = Vec3::Zero();  // where the triangles face, A's less B's; unit
+  Vec3 sides_ = Vec3::Zero();  // the mean direction of the triangles' normals, A's minus B's; unit
   Vec3 n_ = Vec3::UnitZ();
   bool separable_ = false;
-  std::size_t blocking_ = 0;  // a face that did
-  double depth_ = 0;          // of the triangles that meet, along n
+  std::size_t blocking_ = 0;  // the face that blocked
+  double depth_ = 0;          // of the intersecting triangles, along n
 };
 
 }  // namespace

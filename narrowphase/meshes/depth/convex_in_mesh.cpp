@@ -1,3 +1,4 @@
+// A mesh and a convex shape that overlap: queries of the search for a separating translation.
 #include "meshes/depth/convex_in_mesh.h"
 
 #include <algorithm>
@@ -25,7 +26,7 @@ SearchEffort effort_of_convex(const MeshConvexPair& pair) {
 ConvexInMesh::ConvexInMesh(const MeshConvexPair& pair)
     : OverlappingPair(pair.size(), effort_of_convex(pair)), pair_(pair) {}
 
-// Is a little farther along d free, too? In a wedge it is not, where its other side pushes the convex shape to is.
+// True if a slightly longer translation along d is free, too. In a wedge it is not, since the other side blocks it.
 bool ConvexInMesh::leads_on(double length, const Vec3& d) const {
   const double little = tolerance::alike * size;
   const Vec3 farther = (length + little) * d;
@@ -35,10 +36,10 @@ bool ConvexInMesh::leads_on(double length, const Vec3& d) const {
   return depth >= 0 && depth <= little && !collide(farther + (depth + little) * side.normal);
 }
 
-// Planes across the direction push the convex shape off one layer of triangles after the other.
+// Planes across the direction push the convex shape beyond one layer of triangles after the other.
 double ConvexInMesh::free_length(const Vec3& d, const Separation& known) const {
   constexpr int layers = 64;
-  const double low = d.dot(pair_.support(-d)), clearance = pair_.translation_slack();  // past what only touches
+  const double low = d.dot(pair_.support(-d)), clearance = pair_.translation_slack();  // beyond mere contact
   double length = 0;
   for (int i = 0; i < layers; ++i) {
     const MeshConvexPair there = pair_.moved((length + clearance) * d);
@@ -51,7 +52,7 @@ double ConvexInMesh::free_length(const Vec3& d, const Separation& known) const {
     });
     if (next == -infinity) {
       if (there.inside()) {
-        // What of the convex shape lies behind its centre has to cross, too.
+        // The part of the convex shape behind its centre has to cross the surface, too.
         next = first_crossing(pair_.model(), there.in_mesh(there.centre()), d, pair_.options().limit) +
                pair_.exit_length(pair_.centre(), -d);
       } else {
@@ -117,14 +118,14 @@ bool ConvexInMesh::add_constraints(const Vec3& at, LocalConstraints& constraints
   return is_new;
 }
 
-// A chord of the convex shape, from its deepest point over the triangle to its centre, goes through the triangle; moved
-// by less than the chord's end is above the plane, and by less than would take the crossing beyond the triangle's
-// edges, it still does until its deepest point comes up.
+// A chord of the convex shape, from its deepest point over the triangle to its centre, passes through the triangle. It
+// still does after a translation smaller than the height of the chord's end above the plane, and smaller than what
+// moves the crossing beyond the triangle's edges.
 bool ConvexInMesh::chord_constraint(const MeshConvexPair& there, std::uint32_t t, const Vec3& n, const Vec3& lowest,
                                     const Vec3& at, LocalConstraint& found) const {
   const Corners p = there.corners(t);
   const double depth = n.dot(p[0] - lowest);
-  // The middle of what is deepest over the triangle.
+  // The middle of the deepest points over the triangle.
   std::vector<Contact> points;
   there.append_patch(p, {-depth, lowest + depth * n, lowest, n, 0}, points);
   double deepest = -infinity;
@@ -140,7 +141,7 @@ bool ConvexInMesh::chord_constraint(const MeshConvexPair& there, std::uint32_t t
   const double rise = n.dot(chord), slope = rise / chord.norm();
   if (!(below > 0 && rise > 0)) return false;
   const Vec3 crossing = there.in_mesh(low + (below / rise) * chord);
-  pair_.model().neighbours(pair_.options().limit);  // made here, where a limit is known
+  pair_.model().neighbours(pair_.options().limit);  // computed here, where a limit is known
   const double inside = distance_to_region_border(pair_.model(), t, crossing, slack);
   if (!(inside > 0)) return false;
   const double height = n.dot(there.centre() - p[0]);
@@ -148,7 +149,7 @@ bool ConvexInMesh::chord_constraint(const MeshConvexPair& there, std::uint32_t t
   return true;
 }
 
-// By a point of the convex shape that has a ball of it about it: where `leads_out`, no translation that separates ends
+// The bound by a point of the convex shape with an inscribed ball: if `leads_out`, no translation that separates ends
 // inside.
 ConvexInMesh::DeepPoint ConvexInMesh::deep_point(const Vec3& p, double ball, bool leads_out) const {
   const Vec3 in_mesh = pair_.in_mesh(p);
@@ -158,9 +159,9 @@ ConvexInMesh::DeepPoint ConvexInMesh::deep_point(const Vec3& p, double ball, boo
   return {ball - near.distance, -out};
 }
 
-// Does every translation that separates and is no longer than this lead out of the closed surface, not into it? A point
-// of the convex shape farther outside stays there, and the rest with it. One that leads in is, but for rounding, as
-// long as the farthest point is outside.
+// True if every translation that separates and is not longer than this leads out of the closed surface, not into it. A
+// point of the convex shape farther outside than that stays there, and the rest with it. A translation that leads
+// inside is, to rounding, at least as long as the farthest point is outside.
 bool ConvexInMesh::leads_out(double length, const Vec3& normal) const {
   const MeshModel& model = pair_.model();
   if (model.solid) return true;

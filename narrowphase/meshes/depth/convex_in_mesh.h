@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// The mesh's axes about the convex shape's origin; the convex shape is B.
+/// In the mesh's axes relative to the convex shape's origin; the convex shape is B.
 class ConvexInMesh final : public OverlappingPair {
  public:
   explicit ConvexInMesh(const MeshConvexPair& pair);
@@ -21,8 +21,8 @@ class ConvexInMesh final : public OverlappingPair {
   bool add_constraints(const Vec3& at, LocalConstraints& constraints) const override;
   bool separating_planes(const Vec3& at, double reach, std::vector<Constraint>& planes) override;
 
-  /// Raises what is certain by points of the convex shape deep inside the mesh; the direction out of it of the deepest,
-  /// zero where it is none. `normal` is that of a translation that separates.
+  /// Raises the lower bound by points of the convex shape deep inside the mesh; returns the direction out of the mesh
+  /// of the deepest, zero if there is none. `normal`: of a translation that separates.
   Vec3 raise_by_deep_points(const Vec3& normal, Separation& known) const;
 
  private:

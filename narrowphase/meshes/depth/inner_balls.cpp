@@ -1,3 +1,4 @@
+// Depths of points in a mesh, and inscribed balls.
 #include "meshes/depth/inner_balls.h"
 
 #include <algorithm>
@@ -18,7 +19,7 @@ struct SurfaceSample {
   Vec3 at, outward;
 };
 
-// Each stands for as much of the surface, in the order of the hierarchy, so that they lie all over it.
+// Sample points that each stand for an equal area, in the order of the hierarchy, so that they cover the surface.
 std::vector<SurfaceSample> surface_samples(const MeshModel& mesh, std::size_t most) {
   const auto area_of = [&](std::uint32_t t) -> Vec3 {
     const Corners c = mesh.corners(t);
@@ -34,7 +35,7 @@ std::vector<SurfaceSample> surface_samples(const MeshModel& mesh, std::size_t mo
     passed += size;
     while (size > 0 && samples.size() < most &&
            passed * static_cast<double>(most) >= (static_cast<double>(samples.size()) + 0.5) * total) {
-      // Spread over the triangle by two irrational steps (Roberts, The unreasonable effectiveness of quasirandom
+      // Distributed over the triangle by a quasirandom sequence (Roberts, The unreasonable effectiveness of quasirandom
       // sequences, 2018).
       const auto k = static_cast<double>(samples.size());
       double u = std::fmod(0.5 + 0.7548776662466927 * k, 1), v = std::fmod(0.5 + 0.5698402909980532 * k, 1);
@@ -46,10 +47,10 @@ std::vector<SurfaceSample> surface_samples(const MeshModel& mesh, std::size_t mo
   return samples;
 }
 
-// The largest ball inside that touches the surface at the sample.
+// The centre of the largest inscribed ball that touches the surface at the sample.
 Vec3 centre_of_touching(const MeshModel& mesh, const SurfaceSample& sample, double radius) {
   constexpr int rounds = 12;
-  constexpr double enough = 0.99;  // of the radius: all but the last steps change little
+  constexpr double enough = 0.99;  // of the radius: the remaining steps change little
   for (int i = 0; i < rounds; ++i) {
     const Vec3 centre = sample.at - radius * sample.outward;
     const SurfacePoint near = nearest_point(mesh, centre);
@@ -77,7 +78,7 @@ DepthAt DepthField::at(const Vec3& place) const {
   WorkMeter(limit_).spend();
   const Vec3 p = inverse_ * (place - pose_.translation);
   const SurfacePoint near = nearest_point(mesh_, p, limit_);
-  // On the surface exact arithmetic would say so at length.
+  // On the surface exact arithmetic would take long.
   const bool inside = mesh_.solid && near.distance > slack_ && is_inside(mesh_, p, limit_);
   const Vec3 away = unit(pose_.rotation * (p - near.at));
   return inside ? DepthAt{std::max(0.0, near.distance * least_stretch_ - slack_), away}

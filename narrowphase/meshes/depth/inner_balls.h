@@ -1,4 +1,4 @@
-// How deep points lie in a solid mesh, and balls that lie in it.
+// Depths of points in a solid mesh, and balls inscribed in it.
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -8,17 +8,17 @@
 
 namespace tandem {
 
-/// A place in a mesh: a ball of radius `depth` about it lies in the mesh.
+/// The depth of a point in a mesh: a ball of radius `depth` about it lies in the mesh.
 struct DepthAt {
-  double depth;  ///< metres; < 0: outside a solid, by so much. Never too large, by more than rounding
-  Vec3 inward;   ///< unit, from the nearest point of the surface, into a solid; zero on it
+  double depth;  ///< metres; < 0: minus the distance outside a solid. Too large at most by rounding
+  Vec3 inward;   ///< unit, from the nearest point of the surface into a solid; zero on it
 };
 
-/// The depth of points of a mesh where it is, which is a function that changes no faster than its point moves. Of a
-/// mesh that is not solid no point lies deeper than 0, and those of the surface do.
+/// The depth of points of a posed mesh, a function with Lipschitz constant 1. In a mesh that is not solid no point has
+/// a depth above 0, and those of the surface have 0.
 class DepthField {
  public:
-  /// `mesh` outlives this; `slack`: what places are rounded by, metres.
+  /// `mesh` must outlive this; `slack`: rounding of positions, metres.
   DepthField(const Posed& mesh, double slack, const WorkLimit* limit);
 
   DepthAt at(const Vec3& place) const;
@@ -32,7 +32,7 @@ class DepthField {
   const Pose pose_;
   const Bounds box_;
   const Mat3 inverse_;
-  const double slack_, least_stretch_;  ///< by how much the pose's rotation may shorten
+  const double slack_, least_stretch_;  ///< factor by which the pose's rotation may shorten
   const WorkLimit* limit_;
 };
 
@@ -41,9 +41,9 @@ struct Ball {
   double radius;
 };
 
-/// Balls in the mesh that touch its surface in places all over it, as large as they may be there: `most` at most (Ma,
-/// Bae and Choi, 3D medial axis point approximation using nearest neighbors and the normal field, 2012). Of a mesh that
-/// is not solid these places, with radius 0.
+/// At most `most` inscribed balls that touch the surface at points all over it, each as large as possible there (Ma,
+/// Bae and Choi, 3D medial axis point approximation using nearest neighbors and the normal field, 2012). For a mesh
+/// that is not solid these points, with radius 0.
 std::vector<Ball> inner_balls(const DepthField& field, std::size_t most);
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// The shortest translation that satisfies linear constraints.
 #include "meshes/depth/least_translation.h"
 
 #include <algorithm>
@@ -9,14 +10,14 @@
 
 namespace tandem {
 
-// One constraint after the other: where what was found so far does not satisfy it, the answer lies on its plane
-// (Seidel, Small-dimensional linear programming and convex hulls made easy, 1991, without shuffling).
+// Adds one constraint after the other: if the previous solution violates it, the new one lies on its plane (Seidel,
+// Small-dimensional linear programming and convex hulls made easy, 1991, without shuffling).
 bool shortest_feasible(std::span<const Constraint> constraints, double slack, Vec3& shortest) {
   shortest.setZero();
   for (std::size_t i = 0; i < constraints.size(); ++i) {
     const Constraint& plane = constraints[i];
     if (plane.normal.dot(shortest) >= plane.bound - slack) continue;
-    // Within its plane, from the foot on it.
+    // Within its plane, starting from its point nearest the origin.
     const Vec3 foot = plane.bound * plane.normal;
     const auto within = [&](const Constraint& w) {
       return Constraint{w.normal - w.normal.dot(plane.normal) * plane.normal, w.bound - w.normal.dot(foot)};
@@ -27,7 +28,7 @@ bool shortest_feasible(std::span<const Constraint> constraints, double slack, Ve
       if (line.normal.dot(y) >= line.bound - slack) continue;
       const double length2 = line.normal.squaredNorm();
       if (!(length2 > tolerance::parallel_planes2)) return false;
-      // Along the line where the two meet.
+      // Along the line where the two planes intersect.
       const Vec3 on_line = (line.bound / length2) * line.normal;
       const Vec3 along = plane.normal.cross(line.normal) / std::sqrt(length2);
       double low = -infinity, high = infinity;

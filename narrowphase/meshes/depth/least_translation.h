@@ -7,38 +7,38 @@
 
 namespace tandem {
 
-/// Translations t with normal (unit) . t >= bound.
+/// A constraint on translations t: normal (unit) . t >= bound.
 struct Constraint {
   Vec3 normal;
   double bound;
 };
 
-/// The shortest translation that satisfies all constraints, each to `slack`; false where there is none.
+/// The shortest translation that satisfies all constraints, each to `slack`; false if there is none.
 bool shortest_feasible(std::span<const Constraint> constraints, double slack, Vec3& shortest);
 
-/// A constraint that all translations satisfy that separate the bodies and are no longer than `reach`.
+/// A constraint satisfied by all translations that separate the bodies and are not longer than `reach`.
 struct LocalConstraint : Constraint {
   double reach;
-  Vec3 point;  ///< midway between the points of the two bodies that meet where the constraint ends
+  Vec3 point;  ///< midway between the points of the two bodies that touch where the constraint ends
 };
 
-/// Local constraints, of those along one direction the strongest.
+/// Local constraints; of those along one direction only the strongest is kept.
 class LocalConstraints {
  public:
-  /// `slack`: what translations are known to, metres.
+  /// `slack`: precision of translations, metres.
   explicit LocalConstraints(double slack) : slack_(slack) {}
 
-  /// Do those that are known say as much?
+  /// True if the known constraints imply this one.
   bool imply(const LocalConstraint& constraint) const;
 
-  /// False: they do, or they are too many.
+  /// False if it is implied, or there are too many.
   bool add(const LocalConstraint& constraint);
 
-  /// The shortest translation that satisfies those that reach at least that far, each with its bound `more` farther
-  /// out; false where there is none.
+  /// The shortest translation that satisfies the constraints of at least that reach, each bound enlarged by `more`;
+  /// false if there is none.
   bool shortest(double reach, double more, Vec3& translation) const;
 
-  /// The constraint that a translation satisfies with the least to spare, which is `slack` at most or two; else
+  /// The constraint that a translation satisfies with the least slack, which is at most one or two `slack`; else
   /// nullptr.
   const LocalConstraint* active_at(const Vec3& translation) const;
 

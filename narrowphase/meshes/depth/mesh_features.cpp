@@ -1,3 +1,4 @@
+// Coplanar faces and straight edges of a mesh, found on demand.
 #include "meshes/depth/mesh_features.h"
 
 #include "shapes/triangle_fan.h"
@@ -15,7 +16,7 @@ const CoplanarRegion& MeshFeatures::face(std::uint32_t t) {
   if (!fresh) return faces_[place->second];
   faces_.push_back(coplanar_region(mesh_, t, most, slack_));
   const std::vector<std::uint32_t>& triangles = faces_.back().triangles;
-  if (triangles.size() < most)  // else it would be another one from another triangle
+  if (triangles.size() < most)  // else the face would depend on the triangle it starts from
     for (const std::uint32_t i : triangles) face_of_[i] = faces_.size() - 1;
   return faces_.back();
 }
@@ -38,7 +39,7 @@ bool MeshFeatures::is_edge(std::uint32_t t, std::size_t k) const {
   return !lies_in_plane(mesh_, next, unit((p[1] - p[0]).cross(p[2] - p[0])), p[0], slack_);
 }
 
-// From a corner of t from edge to edge straight on.
+// From a corner of t straight on, from edge to edge.
 Vec3 MeshFeatures::end_of_line(std::uint32_t t, std::size_t corner, const Vec3& along) const {
   const Vec3 begin = mesh_.corners(t)[corner];
   for (std::size_t step = 0; step < most && next_on_line(t, corner, begin, along); ++step) {
@@ -46,7 +47,7 @@ Vec3 MeshFeatures::end_of_line(std::uint32_t t, std::size_t corner, const Vec3& 
   return mesh_.corners(t)[corner];
 }
 
-// Among the edges about the corner.
+// Searches among the edges about the corner.
 bool MeshFeatures::next_on_line(std::uint32_t& t, std::size_t& corner, const Vec3& begin, const Vec3& along) const {
   const Vec3 here = mesh_.corners(t)[corner];
   TriangleCorner at{t, corner};

@@ -1,4 +1,4 @@
-// The flat faces and straight edges of a mesh, whatever triangles they are cut into.
+// The flat faces and straight edges of a mesh, however they are divided into triangles.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -10,19 +10,19 @@
 
 namespace tandem {
 
-/// Found as they are asked for; in the mesh's frame.
+/// Faces and edges found on demand; in the mesh's frame.
 class MeshFeatures {
  public:
-  /// `slack`: how far corners may lie from a plane or line, metres.
+  /// `slack`: the distance of corners from a plane or line that counts as zero, metres.
   MeshFeatures(const MeshModel& mesh, double slack) : mesh_(mesh), slack_(slack) {}
 
   /// The coplanar region about a triangle.
   const CoplanarRegion& face(std::uint32_t t);
 
-  /// The straight line of edges that a triangle's edge k lies on.
+  /// The straight line of edges that contains a triangle's edge k.
   const Edge& straight_edge(std::uint32_t t, std::size_t k);
 
-  /// Does the surface bend at edge k? Of the two triangles there the first says so.
+  /// True if the surface bends at edge k, for the first of its two triangles.
   bool is_edge(std::uint32_t t, std::size_t k) const;
 
  private:

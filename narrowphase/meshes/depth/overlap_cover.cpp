@@ -1,3 +1,4 @@
+// Proves lower bounds on the depth of two meshes by covering the shorter translations.
 #include "meshes/depth/overlap_cover.h"
 
 #include <algorithm>
@@ -12,18 +13,18 @@ namespace {
 constexpr std::size_t most_balls = 128;  // of a mesh
 constexpr std::size_t none = ~std::size_t{0};
 
-// A cube much smaller than the shortest translation that is known, and hardly any of it shown to overlap: either a
-// climb ended on a low hill, or something that separates is near.
+// A cube much smaller than the shortest known translation, of which hardly any part is proven to overlap: either an
+// ascent ended at a low maximum, or a separating translation is near.
 constexpr double small = 0.05, hardly = 0.25;
-constexpr std::size_t between = 16;  // cubes from one search on to the next
-constexpr double far_step = 0.05;    // of a climb from anywhere, relative to that translation
+constexpr std::size_t between = 16;  // cubes between two searches
+constexpr double far_step = 0.05;    // of an ascent from anywhere, relative to that translation
 
-// The middle of one of the eight parts of a cube.
+// The centre of one of the eight parts of a cube.
 Vec3 middle_of_part(const Vec3& middle, double half, int k) {
   return middle + half / 2 * Vec3(k & 1 ? 1 : -1, k & 2 ? 1 : -1, k & 4 ? 1 : -1);
 }
 
-// The point between two vectors that is nearest to zero.
+// The point of the segment between two vectors nearest to zero.
 Vec3 least_between(const Vec3& p, const Vec3& q) {
   const Vec3 segment = q - p;
   const double length2 = segment.squaredNorm();
@@ -57,8 +58,8 @@ double OverlapCover::raise_certain() {
   return nearest;
 }
 
-// The open cube that is nearest, three times out of four of the large ones as long as there are any: about the tip of a
-// narrow gap cubes get ever smaller, and what is free lies in the larger ones beside them.
+// Takes the nearest open cube, three times out of four among the large ones, if there are any: about the tip of a
+// narrow gap cubes get ever smaller, and free translations lie in the larger ones beside them.
 bool OverlapCover::pop(Cell& cell) {
   constexpr std::size_t turn = 4;
   if (raise_certain() >= wanted_) return false;
@@ -75,14 +76,14 @@ bool OverlapCover::pop(Cell& cell) {
   return true;
 }
 
-// Only translations as long as `wanted_` count. Of these x, |x - m|^2 = x^2 - 2 m.x + m^2 has a bound by the length of
-// x and the least of m.x in the cube.
+// Only translations as long as `wanted_` count. For these x, |x - m|^2 = x^2 - 2 m.x + m^2 is bounded by the length of
+// x and the minimum of m.x in the cube.
 bool OverlapCover::covers(const Proof& proof, const Cell& cell) const {
   const Vec3 m = proof.middle();
   const double far2 = ((cell.middle - m).cwiseAbs().array() + cell.half).matrix().squaredNorm();
   const double least = m.dot(cell.middle) - cell.half * m.lpNorm<1>();
   const double both = wanted_ * wanted_ + m.squaredNorm();
-  const double cap2 = both - 2 * least + 8 * epsilon * both;  // what rounding may have taken from it
+  const double cap2 = both - 2 * least + 8 * epsilon * both;  // reduced by a bound on rounding
   const double radius = proof.radius();
   return radius > 0 && std::min(far2, cap2) <= radius * radius;
 }
@@ -112,8 +113,8 @@ OverlapCover::Proof OverlapCover::prove_near(const Vec3& p, const Vec3& move) co
   return {p, p - move, a.depth, b.depth, a.inward, b.inward};
 }
 
-// By the gradient of the sum of the depths in A and in B, or where that is steep on both sides, as on a ridge, by the
-// least vector of the gradients there (Wolfe, A method of conjugate subgradients, 1975).
+// Ascends along the gradient of the sum of the depths in A and in B, or, where that is steep on both sides as on a
+// ridge, along the shortest vector of the gradients there (Wolfe, A method of conjugate subgradients, 1975).
 OverlapCover::Proof OverlapCover::climb(const SharedPlace& from, const Vec3& move, double step,
                                         const std::function<bool(const Proof&)>& enough) const {
   constexpr int most_steps = 24;
@@ -136,7 +137,7 @@ OverlapCover::Proof OverlapCover::climb(const SharedPlace& from, const Vec3& mov
   return here;
 }
 
-// The place to begin with lies between the balls' middles, as deep in the one as in the other.
+// The initial point lies between the balls' centres, equally deep in both.
 OverlapCover::Proof OverlapCover::search_proof(Proof best, const Vec3& move, const Cell& cell) {
   const auto enough = [&](const Proof& proof) { return covers(proof, cell); };
   const Vec3 apart = best.of_b + move - best.of_a;
@@ -154,11 +155,11 @@ OverlapCover::Proof OverlapCover::search_proof(Proof best, const Vec3& move, con
   return best;
 }
 
-// Where climbs end on lower hills: the cubes in which the sum of the depths, which changes no faster than twice the
-// place, may be largest come first (Piyavskii, An algorithm for finding the absolute extremum of a function, 1972).
+// Where ascents end at lower maxima: examines first the cubes in which the sum of the depths, whose Lipschitz constant
+// is 2, may be largest (Piyavskii, An algorithm for finding the absolute extremum of a function, 1972).
 OverlapCover::Proof OverlapCover::prove_anywhere(const Vec3& move, const Cell& cell, const Proof& known) const {
   constexpr int most_points = 400;
-  constexpr double better = 2;  // times as much as is known is worth a climb
+  constexpr double better = 2;  // factor over the known value that is worth an ascent
   struct Cube {
     double most;
     int number;
@@ -191,7 +192,7 @@ OverlapCover::Proof OverlapCover::prove_anywhere(const Vec3& move, const Cell& c
   return best;
 }
 
-// Out of the deepest overlap, and of the next, as long as that leads to a shorter translation than is known.
+// Moves out of the deepest overlap, and of the next, as long as that gives a shorter translation than the known one.
 void OverlapCover::leave(const Vec3& move, Proof proof) {
   constexpr int rounds = 6;
   Vec3 to = move;
@@ -210,7 +211,7 @@ void OverlapCover::leave(const Vec3& move, Proof proof) {
   }
 }
 
-// Moves either ball deeper as long as the translations grow into a larger ball that holds the smaller one, nearly.
+// Moves either ball deeper as long as the ball of translations grows and nearly contains the smaller one.
 void OverlapCover::grow(Proof& proof, const Cell& cell) const {
   constexpr double nearly = 0.9;
   constexpr int most_steps = 8;
@@ -237,7 +238,7 @@ void OverlapCover::search(double part, std::size_t most) {
   wanted_ = part * length_;
   for (std::size_t i = 0; i < most && pop(cell); ++i, wanted_ = part * length_) {
     ++examined_;
-    // The part of the cell that counts is nearest to this.
+    // The relevant part of the cell is nearest to this.
     const double away = cell.middle.norm();
     const Vec3 move = away > wanted_ ? Vec3(wanted_ / away * cell.middle) : cell.middle;
     Proof proof = best_known(move, cell.proof);

@@ -1,5 +1,5 @@
-// A proof that two meshes overlap after every translation shorter than a length: boxes of translations, each in a ball
-// of translations by which a ball in A and a ball in B still meet.
+// A proof that two meshes overlap after every translation shorter than some length: boxes of translations, each inside
+// a ball of translations after which a ball in A and a ball in B still overlap.
 #pragma once
 #include <cstddef>
 #include <functional>
@@ -15,29 +15,29 @@ namespace tandem {
 /// B moves; A's translation is zero.
 class OverlapCover {
  public:
-  /// What two bodies say that overlap.
+  /// The two overlapping bodies, as functions.
   struct Bodies {
-    /// Some places that B, moved, shares with A; none: they are apart.
+    /// Some points that B, translated, shares with A; none: they are separated.
     std::function<std::vector<SharedPlace>(const Vec3& move)> shared_places;
-    /// From a translation that separates: the length of the shortest that is known to.
+    /// Given a translation that separates: the length of the shortest known one.
     std::function<double(const Vec3& move)> shorten;
   };
 
   OverlapCover(const DepthField& a, const DepthField& b, double length, Bodies bodies);
 
-  /// Examines boxes of translations until none shorter than `part` of the shortest that is known to separate is open,
-  /// or `most` were examined.
+  /// Examines boxes of translations until none shorter than the fraction `part` of the shortest known separating
+  /// translation is open, or `most` were examined.
   void search(double part, std::size_t most);
 
   double certain() const { return certain_; }  ///< no shorter translation separates
   std::size_t boxes() const { return examined_; }
 
  private:
-  /// Translations by which a ball about `of_a` in A and one about `of_b` in B meet: within a ball about `middle`.
+  /// The translations after which a ball about `of_a` in A and one about `of_b` in B overlap: a ball about `middle`.
   struct Proof {
     Vec3 of_a = Vec3::Zero(), of_b = Vec3::Zero();  ///< without translation
     double in_a = 0, in_b = 0;
-    Vec3 inward_a = Vec3::Zero(), inward_b = Vec3::Zero();  ///< at these places, as in DepthAt
+    Vec3 inward_a = Vec3::Zero(), inward_b = Vec3::Zero();  ///< at these points, as in DepthAt
 
     Vec3 inward() const { return inward_a + inward_b; }
     Vec3 middle() const { return of_a - of_b; }
@@ -46,11 +46,11 @@ class OverlapCover {
   };
   /// A cube of translations.
   struct Cell {
-    double nearest;  ///< the length of its shortest translation
+    double nearest;  ///< length of its shortest translation
     std::size_t number;
     Vec3 middle;
     double half;
-    std::size_t proof;  ///< of its parent, a good one to begin with
+    std::size_t proof;  ///< its parent's, a good start
     bool operator<(const Cell& o) const { return nearest != o.nearest ? nearest > o.nearest : number > o.number; }
   };
 
@@ -59,9 +59,9 @@ class OverlapCover {
   void push(const Vec3& middle, double half, std::size_t proof);
   bool covers(const Proof& proof, const Cell& cell) const;
   Proof best_known(const Vec3& move, std::size_t first) const;
-  /// With both balls about one place.
+  /// With both balls about one point.
   Proof prove_near(const Vec3& p, const Vec3& move) const;
-  /// The best about a place that the climb below finds; it ends where `enough` says so.
+  /// The best proof near a point that ascent finds; ends when `enough` returns true.
   Proof climb(const SharedPlace& from, const Vec3& move, double step,
               const std::function<bool(const Proof&)>& enough) const;
   Proof search_proof(Proof best, const Vec3& move, const Cell& cell);
@@ -71,7 +71,7 @@ class OverlapCover {
 
   const DepthField &a_, &b_;
   const Bodies bodies_;
-  double length_;      ///< of the shortest translation that is known to separate
+  double length_;      ///< of the shortest known translation that separates
   double least_half_;  ///< of the cubes that are examined before smaller ones
   double wanted_ = 0;  ///< longer translations need no proof
   double certain_ = 0;

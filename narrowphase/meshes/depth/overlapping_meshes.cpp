@@ -1,3 +1,4 @@
+// Two meshes that overlap: queries of the search for a separating translation.
 #include "meshes/depth/overlapping_meshes.h"
 
 #include <algorithm>
@@ -28,12 +29,12 @@ SearchEffort effort_of_meshes(double size) {
           .trust_planes = false};
 }
 
-// A border of a face, placed, and how far from it the face is pierced.
+// A border edge of a face in a pose, with its distance from the point where the face is pierced.
 struct Border : Edge {
   double distance;
 };
 
-// The borders of a face that is pierced at a point, the nearest few in front, in order.
+// The borders of a face that is pierced at a point: the nearest few first, sorted.
 constexpr std::size_t most_lines = 4;
 template <class Place>
 std::vector<Border> nearest_borders(const CoplanarRegion& face, const Vec3& point, const Place& place) {
@@ -52,7 +53,7 @@ std::vector<Border> nearest_borders(const CoplanarRegion& face, const Vec3& poin
   return borders;
 }
 
-// Known planes that separate; the last that did is asked first.
+// Known separating planes; the last one that separated is tried first.
 class SeparatingPlanes {
  public:
   struct Plane {
@@ -60,7 +61,7 @@ class SeparatingPlanes {
     double gap;
   };
 
-  // Does one of them separate two things by its gap?
+  // True if one of them separates two objects, by its gap.
   template <class GapAlong>
   bool separate(GapAlong&& gap_along) {
     if (last_ < planes_.size() && gap_along(planes_[last_]) >= planes_[last_].gap) return true;
@@ -93,7 +94,7 @@ OverlappingMeshes::OverlappingMeshes(const Posed& a, const Posed& b, std::span<c
       options_(options),
       between_(b.pose.translation - a.pose.translation),
       features_{MeshFeatures(mesh_of(b.shape), slack), MeshFeatures(mesh_of(a.shape), slack)} {
-  for (const Posed* posed : {&a, &b}) mesh_of(posed->shape).neighbours(options.limit);  // the features ask for it
+  for (const Posed* posed : {&a, &b}) mesh_of(posed->shape).neighbours(options.limit);  // needed for the features
 }
 
 Vec3 OverlappingMeshes::placed(bool of_a, const Vec3& v, const Vec3& at) const {
@@ -104,7 +105,7 @@ bool OverlappingMeshes::collide(const Vec3& move) const {
   return meshes_collide(a_, {b_.shape, moved_b(move)}, options_.limit);
 }
 
-// By halving: what lies between need not be free.
+// By bisection; translations in between need not be free.
 double OverlappingMeshes::free_length(const Vec3& direction, const Separation& known) const {
   constexpr int halvings = 12;
   constexpr double worth_it = 0.999;
@@ -119,7 +120,7 @@ double OverlappingMeshes::free_length(const Vec3& direction, const Separation& k
 
 bool OverlappingMeshes::add_constraints(const Vec3& at, LocalConstraints& constraints) const {
   constexpr std::size_t most_pairs = 512;
-  constexpr std::size_t at_once = 16;  // many that oppose each other show early
+  constexpr std::size_t at_once = 16;  // contradictory ones are found early
   PairMemory memory(std::pmr::get_default_resource());
   TrianglePairs there(&memory.resource);
   if (!at.isZero(0)) {
@@ -143,7 +144,7 @@ bool OverlappingMeshes::add_constraints(const Vec3& at, LocalConstraints& constr
   return is_new;
 }
 
-// Edge k of triangle i of one mesh, B moved by `at`, through triangle j of the other.
+// Edge k of triangle i of one mesh, with B translated by `at`, through triangle j of the other.
 bool OverlappingMeshes::add_edge_through_face(bool of_a, std::uint32_t i, std::size_t k, std::uint32_t j,
                                               const Vec3& at, LocalConstraints& constraints) const {
   MeshFeatures &own = features_[of_a ? 1 : 0], &other = features_[of_a ? 0 : 1];
@@ -155,7 +156,7 @@ bool OverlappingMeshes::add_edge_through_face(bool of_a, std::uint32_t i, std::s
   };
   const CoplanarRegion& face = other.face(j);
   const Corners t = all_placed(mesh(!of_a).corners(j)), seed = mesh(!of_a).corners(face.triangles[0]);
-  // By the corners as they are given: what placing rounds turns a sliver's normal.
+  // From the given corners: the rounding of transformed ones would turn a sliver's normal.
   const Height own_face = height_of(seed[1] - seed[0], seed[2] - seed[1], seed[0] - seed[2]);
   const Mat3& turn = (of_a ? b_ : a_).pose.rotation;
   const Vec3 area = (turn * own_face.side).cross(turn * own_face.height);
@@ -172,9 +173,9 @@ bool OverlappingMeshes::add_edge_through_face(bool of_a, std::uint32_t i, std::s
   return add_constraints_of(of_a, own.straight_edge(i, k), face, n, crossing, at, constraints);
 }
 
-// An edge through the inside of a face with this normal. It leaves the face with one of its ends or over a border: of
-// the half disc about the crossing on the inner side of a border's line all lies in the face that no other border comes
-// into.
+// An edge through the interior of a face with this normal. It leaves the face at one of its ends or over a border. On
+// the inner side of a border's line the half disc about the crossing lies in the face as far as no other border enters
+// it.
 bool OverlappingMeshes::add_constraints_of(bool of_a, const Edge& edge, const CoplanarRegion& face, const Vec3& n,
                                            const Vec3& crossing, const Vec3& at, LocalConstraints& constraints) const {
   const Vec3 from = placed(of_a, edge.from, at), to = placed(of_a, edge.to, at), u = unit(to - from);
@@ -210,12 +211,12 @@ bool OverlappingMeshes::add_constraints_of(bool of_a, const Edge& edge, const Co
   return is_new;
 }
 
-// Boxes of both hierarchies, the larger opened first, down to triangles; what a plane that is known separates is left.
+// Descends both hierarchies, the larger box first, to triangles; pairs separated by a known plane are skipped.
 bool OverlappingMeshes::separating_planes(const Vec3& at, double reach, std::vector<Constraint>& planes) {
   const MeshModel &ma = mesh(true), &mb = mesh(false);
   const Mat3 &turn_a = a_.pose.rotation, &turn_b = b_.pose.rotation;
   const Vec3 shift = between_ + at;
-  const double far = reach + tolerance::askew_place * size;  // rotations may be a little off
+  const double far = reach + tolerance::askew_place * size;  // rotations may be slightly inexact
   SeparatingPlanes known;
   WorkMeter meter(options_.limit);
   planes.clear();

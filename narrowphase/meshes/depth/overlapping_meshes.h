@@ -13,13 +13,13 @@
 
 namespace tandem {
 
-/// World axes; B's place is relative to A's translation, which is zero. An edge that goes through a flat face of the
-/// other mesh still does moved a little, until one of its ends comes to the face's plane or the crossing to the face's
-/// border: a constraint on all translations but long ones. The shortest translation that satisfies them all separates
-/// if nothing else is there.
+/// In world axes, relative to A's translation. An edge that passes through a flat face of the other mesh still does
+/// after a small translation, until one of its ends reaches the face's plane or the crossing reaches the face's border:
+/// a constraint on all but long translations. The shortest translation that satisfies all of them separates if nothing
+/// else is in the way.
 class OverlappingMeshes final : public OverlappingPair {
  public:
-  /// `pairs`: the triangles that meet. Of the options: `parts` and `limit`; they must outlive this.
+  /// `pairs`: the intersecting triangles. Uses `parts` and `limit` of the options, which must outlive this.
   OverlappingMeshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                     const NarrowPhaseOptions& options);
 
@@ -43,8 +43,8 @@ class OverlappingMeshes final : public OverlappingPair {
   const std::span<const TrianglePair> pairs_;
   const NarrowPhaseOptions& options_;
   const Vec3 between_;
-  mutable std::array<MeshFeatures, 2> features_;  ///< of B, of A; what was found is kept
-  std::size_t work_left_ = 16384;                 ///< pairs of boxes that separating_planes may look at
+  mutable std::array<MeshFeatures, 2> features_;  ///< of B, of A; results are kept
+  std::size_t work_left_ = 16384;                 ///< pairs of boxes that separating_planes may examine
 };
 
 }  // namespace tandem

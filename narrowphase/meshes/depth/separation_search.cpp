@@ -1,3 +1,4 @@
+// The methods of the search for the shortest separating translation.
 #include "meshes/depth/separation_search.h"
 
 #include <algorithm>
@@ -79,7 +80,7 @@ void SeparationSearch::confirm() {
   raise_certain();
 }
 
-// A constraint that does not reach as far as the translation is long may reach half as far.
+// A constraint whose reach is shorter than the translation may be valid for half of it.
 void SeparationSearch::raise_certain() {
   if (!std::isfinite(known.length)) return;
   for (double far = known.length; far > std::max(known.certain, pair_.effort.least_reach * known.length); far /= 2)
@@ -90,7 +91,7 @@ PairAnswer SeparationSearch::answer() const {
   PairAnswer answer;
   answer.collide = true;
   answer.normal = known.normal;
-  // Without what rounding asked for.
+  // Without the margin for rounding.
   answer.signed_distance = -(is_shortest() ? known.certain : known.length);
   if (!is_shortest()) {
     answer.status = Status::inexact;

@@ -1,6 +1,6 @@
-// The search for the shortest translation that separates two bodies of which one at least is a mesh: methods that each
-// shorten the translation that is known or raise the bound below it. Which of them to ask for two bodies, and in which
-// order, is their solver's policy.
+// The search for the shortest translation that separates two bodies of which at least one is a mesh: methods that
+// shorten the known translation or raise the lower bound. Which methods are used for two bodies, in which order, is the
+// policy of their solver.
 #pragma once
 #include <span>
 #include <vector>
@@ -11,26 +11,26 @@
 
 namespace tandem {
 
-/// What is known of the shortest translation of B that separates.
+/// The known bounds on the shortest translation of B that separates.
 struct Separation {
-  double certain = 0;        ///< no shorter one does
-  double length = infinity;  ///< one this long does, along the normal
+  double certain = 0;        ///< no shorter translation separates
+  double length = infinity;  ///< a translation of this length separates, along the normal
   Vec3 normal = Vec3::UnitZ();
-  Vec3 point = Vec3::Zero();  ///< midway between points that are last to separate
+  Vec3 point = Vec3::Zero();  ///< midway between the points that separate last
 };
 
-/// Numbers of the search that differ between pairs, whose queries differ in cost.
+/// Parameters of the search that depend on the kind of pair, whose queries differ in cost.
 struct SearchEffort {
-  double enough;        ///< how much longer than what is certain a translation may be to be the shortest, metres
+  double enough;        ///< how much longer than the lower bound a translation may be to count as the shortest, metres
   double least_reach;   ///< of constraints that bound the length from below, relative to it
-  int rounds;           ///< of planes about the end of the translation
-  double plane_reach;   ///< how far about it, metres; infinity: as far as it is long
-  double margin;       ///< how far beyond what it has left a translation ends, metres; 0: on it
-  double plane_slack;   ///< to what the planes are known, metres
-  bool trust_planes;    ///< what they leave is tried at the last only
+  int rounds;           ///< number of iterations with planes about the end of the translation
+  double plane_reach;   ///< radius about it, metres; infinity: the length of the translation
+  double margin;        ///< distance by which a translation ends beyond the obstacle, metres; 0: on it
+  double plane_slack;   ///< precision of the planes, metres
+  bool trust_planes;    ///< a translation by planes is tested only at the end
 };
 
-/// Two bodies that overlap, as the search asks about them. B moves, along axes of the pair's own.
+/// Two overlapping bodies, as queries of the search. B moves, in axes chosen by the pair.
 class OverlappingPair {
  public:
   OverlappingPair(double size, const SearchEffort& effort) : size(size), effort(effort) {}
@@ -40,27 +40,26 @@ class OverlappingPair {
   const double slack = tolerance::place_rounding * size;
   const SearchEffort effort;
 
-  /// A little farther than a translation, which may end where what B leaves and what comes next touch both, and
-  /// rounding say that neither does; or in a gap just as wide as B.
+  /// A slightly longer translation: the given one may end touching both the obstacle that B leaves and the next, with
+  /// both reported as separated because of rounding; or in a gap exactly as wide as B.
   Vec3 farther(const Vec3& move) const;
 
-  /// Do the two collide with B moved?
+  /// True if the two collide with B translated.
   virtual bool collide(const Vec3& move) const = 0;
 
-  /// Does a translation separate, and does a little farther along it, too?
+  /// True if a translation separates, and also a slightly longer one.
   virtual bool is_free(const Vec3& move) const = 0;
 
-  /// The length of a translation along a direction (unit) that separates; none, infinity, if that is not less than
-  /// known.length.
+  /// The length of a translation along a direction (unit) that separates; infinity if it is not less than known.length.
   virtual double free_length(const Vec3& direction, const Separation& known) const = 0;
 
-  /// Adds constraints by what reaches through what with B moved by `at`, where they collide. False: none is new, or no
-  /// translation satisfies them all.
+  /// Adds constraints from intersecting features with B translated by `at`, where they collide. False: none is new, or
+  /// no translation satisfies them all.
   virtual bool add_constraints(const Vec3& at, LocalConstraints& constraints) const = 0;
 
-  /// Planes that separate all of B, moved by `at`, from what of A is less than `reach` away, as constraints: whatever
-  /// translation satisfies them and ends no farther than that from `at` separates. False: two touch, or it would be too
-  /// much work.
+  /// Planes that separate all of B, translated by `at`, from the parts of A less than `reach` away, as constraints: a
+  /// translation that satisfies them and ends within that distance of `at` separates. False: two parts touch, or it
+  /// would take too much work.
   virtual bool separating_planes(const Vec3& at, double reach, std::vector<Constraint>& planes) = 0;
 };
 
@@ -71,23 +70,22 @@ class SeparationSearch {
 
   Separation known;
 
-  /// Is the translation that is known as short as any?
+  /// True if the known translation is the shortest, to the required precision.
   bool is_shortest() const { return known.length <= known.certain + pair_.effort.enough; }
 
-  /// Along a direction (unit; zero: nothing).
+  /// Tries a direction (unit; zero: none).
   void along(const Vec3& direction);
 
-  /// The shortest translation that constraints leave, if it is free.
+  /// Tries the shortest translation that satisfies constraints.
   void beyond(std::span<const Constraint> constraints);
 
-  /// The shortest translation beyond all that reaches through something here, and there, and so on.
+  /// Tries the shortest translation beyond all obstacles here, then beyond those at its end, and so on.
   void beyond_obstacles();
 
-  /// Makes the translation that is known shorter by the planes about its end, down to one that nothing near it is
-  /// shorter than.
+  /// Shortens the known translation by the planes about its end, to one than which no translation nearby is shorter.
   void shorten();
 
-  /// Raises what is certain by what holds B shortly before the end of the translation that is known.
+  /// Raises the lower bound by the obstacles that B meets shortly before the end of the known translation.
   void confirm();
 
   /// The length, its status and the normal, in the pair's axes; without points.

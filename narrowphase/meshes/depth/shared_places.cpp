@@ -1,3 +1,4 @@
+// Points that two meshes share.
 #include "meshes/depth/shared_places.h"
 
 #include <array>
@@ -16,7 +17,7 @@ Corners placed(const Posed& mesh, std::uint32_t t) {
   return c;
 }
 
-// Where the edges of p cross the plane of q on either side of which its corners lie, those on the triangle q.
+// Adds the points where edges of p cross the plane of q, between corners on either side, within the triangle q.
 void add_crossings(const Corners& p, const Corners& q, Vec3& sum, int& count) {
   const Vec3 n = (q[1] - q[0]).cross(q[2] - q[0]);
   for (std::size_t k = 0; k < 3; ++k) {
@@ -30,7 +31,7 @@ void add_crossings(const Corners& p, const Corners& q, Vec3& sum, int& count) {
   }
 }
 
-// Near enough to both where no edge crosses, as of two that only touch.
+// A point near both if no edge crosses, as for triangles that only touch.
 SharedPlace crossing(const Corners& p, const Corners& q) {
   Vec3 sum = Vec3::Zero();
   int count = 0;
@@ -53,7 +54,7 @@ void add_inside(const Posed& outer, const Posed& inner, const WorkLimit* limit, 
 }  // namespace
 
 std::vector<SharedPlace> shared_places(const Posed& a, const Posed& b, std::size_t most, const WorkLimit* limit) {
-  constexpr std::size_t most_pairs = 1024;  // of those that cross all over
+  constexpr std::size_t most_pairs = 1024;  // distributed over all crossing ones
   std::vector<TrianglePair> pairs;
   const auto take = [&](const TrianglePair& pair) {
     pairs.push_back(pair);

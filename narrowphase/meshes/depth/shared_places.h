@@ -1,4 +1,4 @@
-// Some places that two meshes share, where there are any.
+// Some points that two meshes share, if there are any.
 #pragma once
 #include <cstddef>
 #include <vector>
@@ -13,8 +13,8 @@ struct SharedPlace {
   Vec3 inward;  ///< where surfaces cross: into both, the sum of two unit normals; else zero
 };
 
-/// About `most` places where the surfaces cross, spread over all of them; if they do not cross, a vertex of what lies
-/// in the other. In the world, right to rounding. None: the two are apart, exactly.
+/// About `most` points where the surfaces cross, distributed over the crossings; if they do not cross, a vertex of the
+/// one inside the other. In the world, right to rounding. Empty: the two are separated, exactly.
 std::vector<SharedPlace> shared_places(const Posed& a, const Posed& b, std::size_t most, const WorkLimit* limit);
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// The coplanar triangles around a triangle.
 #include "meshes/traversal/coplanar_region.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ bool lies_in_plane(const MeshModel& mesh, std::uint32_t t, const Vec3& normal, c
          normal.dot((c[1] - c[0]).cross(c[2] - c[0])) > 0;
 }
 
-// Breadth first over edges; what was not reached lies beyond the border.
+// Breadth-first search over edges; unreached triangles lie beyond the border.
 CoplanarRegion coplanar_region(const MeshModel& mesh, std::uint32_t t, std::size_t most, double slack) {
   const Corners own = mesh.corners(t);
   const Vec3 n = unit((own[1] - own[0]).cross(own[2] - own[0]));

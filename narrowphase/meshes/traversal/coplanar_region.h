@@ -1,4 +1,4 @@
-// The triangles that lie in the plane of one of them about it.
+// The coplanar triangles around a triangle of a mesh.
 #pragma once
 #include <cstdint>
 #include <vector>
@@ -12,18 +12,18 @@ struct Edge {
 };
 
 struct CoplanarRegion {
-  std::vector<std::uint32_t> triangles;  ///< connected by edges, the one asked for first
+  std::vector<std::uint32_t> triangles;  ///< connected by edges, the given one first
   std::vector<Edge> border;              ///< mesh's frame
 };
 
-/// The region about triangle t, of `most` triangles at most; corners lie in its plane to `slack`.
+/// The region around triangle t, of at most `most` triangles; corners lie in its plane to `slack`.
 CoplanarRegion coplanar_region(const MeshModel& mesh, std::uint32_t t, std::size_t most, double slack);
 
-/// Does a triangle lie in the plane through `at` with this normal (unit), not folded back?
+/// True if a triangle lies in the plane through `at` with this normal (unit), and is not folded back.
 bool lies_in_plane(const MeshModel& mesh, std::uint32_t t, const Vec3& normal, const Vec3& at, double slack);
 
-/// How far p, a point of triangle t, lies at least from the border of the region about it, both but for `slack`; -1 if
-/// p is not in t. Mesh's frame.
+/// A lower bound on the distance of p, a point of triangle t, from the border of the region, within `slack`; -1 if p is
+/// not in t. Mesh's frame.
 double distance_to_region_border(const MeshModel& mesh, std::uint32_t t, const Vec3& p, double slack);
 
 }  // namespace tandem

@@ -1,3 +1,4 @@
+// Places in a mesh's hierarchy, for best-first traversals of two.
 #pragma once
 #include <cstdint>
 
@@ -6,14 +7,14 @@
 
 namespace tandem {
 
-/// Two places in hierarchies and a bound on how near they are: the nearest come first out of a priority queue.
+/// Places in two hierarchies with a lower bound on their distance: the nearest come first out of a priority queue.
 struct Item {
   double bound;
   std::uint32_t a, b;  ///< child_ref, or `whole`
   bool operator<(const Item& o) const { return bound != o.bound ? bound > o.bound : a != o.a ? a > o.a : b > o.b; }
 };
 
-/// A child of a node: its place in one number. The root, as a whole, is no node's child.
+/// A child of a node as one number. The root is no node's child: `whole` stands for it.
 inline constexpr std::uint32_t whole = 15;
 inline std::uint32_t child_ref(std::uint32_t node, std::uint32_t lane) { return node << 4 | lane; }
 inline std::uint32_t node_of(std::uint32_t ref) { return ref >> 4; }
@@ -44,7 +45,7 @@ inline bool is_leaf(const MeshModel& mesh, std::uint32_t ref) {
   return lane_of(ref) != whole && mesh.nodes[node_of(ref)].bottom();
 }
 
-/// The node of a place that is no leaf.
+/// The node of a place that is not a leaf.
 inline std::uint32_t node_under(const MeshModel& mesh, std::uint32_t ref) {
   return lane_of(ref) == whole ? 0 : mesh.boxes_of(mesh.nodes[node_of(ref)]).child[lane_of(ref)];
 }

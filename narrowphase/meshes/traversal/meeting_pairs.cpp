@@ -1,3 +1,4 @@
+// Finds the intersecting triangles of two meshes, exactly.
 #include "meshes/traversal/meeting_pairs.h"
 
 #include <algorithm>
@@ -12,8 +13,8 @@
 namespace tandem {
 namespace {
 
-// Collects the pairs of triangles that meet, exactly, or hands them on, or tells only whether there is one; and what is
-// known if there is none.
+// Collects the exactly intersecting pairs of triangles, or passes them on, or finds whether there is one; keeps lower
+// bounds on the distance otherwise.
 class MeetingPairs final : public PairVisitor {
  public:
   MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, TrianglePairs* pairs, GapBound* gap,
@@ -65,15 +66,15 @@ class MeetingPairs final : public PairVisitor {
   const TakePair* take_ = nullptr;
   GapBound* gap_;
   bool any_ = false;
-  bool ended_ = false;  // by who takes them
+  bool ended_ = false;  // by the receiver
 };
 
-// How far apart two triangles that do not meet are, or a little less.
+// The distance of two triangles that do not intersect, or slightly less.
 double gap_between(const Corners& p, const Corners& q) {
   Nearest nearest;
   triangles_nearest(p, q, nearest);
   if (!(nearest.distance > 0)) return 0;
-  // Points found may be a little farther from each other than the nearest: what counts is what lies between two planes.
+  // The points found may be slightly farther apart than the nearest: the gap between two planes counts.
   const Vec3 normal = (nearest.on_b - nearest.on_a) / nearest.distance;
   double far_p = 0, near_q = infinity, span = 0;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -90,7 +91,7 @@ double gap_between(const Corners& p, const Corners& q) {
 TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, const NarrowPhaseOptions& options,
                             PairMemory& memory, GapBound* gap) {
   const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
-  constexpr std::size_t large = 16384, wanted = 64;  // triangles of both; pairs of subtrees
+  constexpr std::size_t large = 16384, wanted = 64;  // number of triangles of both; of pairs of subtrees
   std::vector<NodePair> subtrees;
   if (options.parts && ma.triangles.size() + mb.triangles.size() >= large)
     subtrees = traversal_subtrees(ma, mb, test, wanted, gap == nullptr ? nullptr : &gap->of_others);
@@ -116,7 +117,7 @@ TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, 
 
 bool each_meeting_pair(const Posed& a, const Posed& b, const WorkLimit* limit, const TakePair& take,
                        const std::function<void(double)>& progress) {
-  constexpr std::size_t parts = 128;  // which progress is told by
+  constexpr std::size_t parts = 128;  // steps of progress
   const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
   TriangleTest test(a.pose, b.pose, reach(mb));
   const std::vector<NodePair> subtrees = traversal_subtrees(ma, mb, test, parts);

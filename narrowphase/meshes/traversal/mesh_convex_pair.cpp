@@ -1,3 +1,4 @@
+// A mesh and a bounded convex shape, triangle by triangle.
 #include "meshes/traversal/mesh_convex_pair.h"
 
 #include <algorithm>
@@ -32,7 +33,7 @@ MeshConvexPair::MeshConvexPair(const Posed& mesh, const Posed& convex, const Nar
   if (!(radius_ > 0)) aligned_ = core_bounds(convex.shape, turn_, options.limit);
 }
 
-// Rotated as it is: but for the shift nothing changes.
+// Same rotation: only the translation changes.
 MeshConvexPair MeshConvexPair::placed(const Pose& convex_pose) const {
   MeshConvexPair pair = *this;
   pair.convex_pose_ = convex_pose;
@@ -41,7 +42,7 @@ MeshConvexPair MeshConvexPair::placed(const Pose& convex_pose) const {
 }
 
 BoxQuery MeshConvexPair::query() const {
-  // A triangle with a hull takes the longer the more vertices that has.
+  // A triangle with a hull takes longer the more vertices that has.
   const int a_visit = 16 + static_cast<int>(std::min<std::size_t>(view_.vertices.size(), 1024) / 16);
   if (radius_ > 0) {
     const Vec3 half(0, 0, own_half_.z() - radius_), along = (turn_.rotation * half).cwiseAbs();
@@ -77,8 +78,8 @@ TriangleBound MeshConvexPair::bound(const Corners& p, const Vec3& point) const {
   return bound_by(p, point, on_surface);
 }
 
-// The shortest translation of a point out of a convex shape is to the nearest of its surface; one that takes the
-// triangle out, too, is the shortest for both.
+// The shortest translation that moves a point out of a convex shape is to the nearest point of its surface; one that
+// also moves the triangle out is the shortest for both.
 TriangleBound MeshConvexPair::bound_by(const Corners& p, const Vec3& point, Vec3& on_surface) const {
   if (view_.kind == ShapeKind::sphere) return {};
   const auto surface = surface_distance(view_, turn_.rotation.transpose() * point, 10 * slack());
@@ -97,7 +98,7 @@ TriangleBound MeshConvexPair::bound_by(const Corners& p, const Vec3& point, Vec3
 
 TriangleBound MeshConvexPair::bound(const Corners& p) const {
   if (view_.kind == ShapeKind::ellipsoid) {
-    // With its radii as units it is a ball, and what is nearest to its middle says whether they touch.
+    // In units of its radii it is a ball, and the point nearest to its centre decides contact.
     const Vec3 radii{view_.param[0], view_.param[1], view_.param[2]};
     const Mat3 to_own = turn_.rotation.transpose();
     const Corners q{(to_own * p[0]).cwiseQuotient(radii), (to_own * p[1]).cwiseQuotient(radii),
@@ -145,7 +146,7 @@ bool MeshConvexPair::touches(const Corners& p, const TriangleBound& bound, Vec3*
     return r.signed_distance <= 0 || apart(r.normal);
   }
   if (solve(p, Request::collide).collide) return true;
-  // For contacts the search ends where they are known to be beyond the margin.
+  // For contacts the search ends when they are known to be beyond the margin.
   return apart_along != nullptr && apart(solve(p, Request::contacts).normal);
 }
 
@@ -202,7 +203,7 @@ PairAnswer MeshConvexPair::nearest(double cutoff) const {
     const double interest = std::min(best.signed_distance, within) + slack();
     if (clear.beyond(p) > interest || plane_gap(p) > interest) return interest;
     if (bound(p).gap > interest) return interest;
-    // Of triangles equally near the first by index: whatever order they are found in, it is the same one.
+    // Of equally near triangles the first by index, so that the order of finding does not matter.
     const PairAnswer r = solve(p, Request::distance);
     if (r.signed_distance < best.signed_distance || (r.signed_distance == best.signed_distance && t < nearest)) {
       best = r;

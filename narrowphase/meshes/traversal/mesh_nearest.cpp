@@ -1,3 +1,4 @@
+// The nearest points of two meshes, by branch and bound.
 #include "meshes/traversal/mesh_nearest.h"
 
 #include <algorithm>
@@ -17,20 +18,20 @@
 namespace tandem {
 namespace {
 
-// Of two edges that are nearly parallel: what they cross at is rounding's doing.
+// For nearly parallel edges, whose crossing depends on rounding.
 void ends_nearest(const Vec3& p, const Vec3& d, const Vec3& q, const Vec3& e, Nearest& best) {
   const Vec3 r = p - q;
   const double dd = d.squaredNorm(), ee = e.squaredNorm(), f = e.dot(r), c = d.dot(r), b = d.dot(e);
   const auto along = [](double over, double under) { return under > 0 ? std::clamp(over / under, 0.0, 1.0) : 0.0; };
   const auto take = [&](double s, double t) { best.take(p + s * d, q + t * e); };
   for (const double end : {0.0, 1.0}) take(end, along(b * end + f, ee)), take(along(b * end - c, dd), end);
-  // Where they cross, from products that do not cancel as their squares do: else off by epsilon over the sine.
+  // The crossing from products that do not cancel as their squares do, with an error of epsilon over the sine.
   const Vec3 x = e.cross(d.cross(e));
   const double crossing = along(-r.dot(x), d.dot(x));
   take(crossing, along(b * crossing + f, ee));
 }
 
-// The foot of v on the plane of a triangle, where it lies inside. Edges are the segments' business.
+// The projection of v on the plane of a triangle, if inside. Edges are handled by the segments.
 void vertex_nearest(const Vec3& v, const TriangleFrame& t, bool v_of_a, Nearest& best) {
   if (!(t.height2 > 0)) return;
   const Vec3 r = v - t.from;
@@ -40,7 +41,7 @@ void vertex_nearest(const Vec3& v, const TriangleFrame& t, bool v_of_a, Nearest&
   v_of_a ? best.take(v, foot) : best.take(foot, v);
 }
 
-// The middle of a box, in the mesh's units.
+// The centre of a box, in the mesh's units.
 Vec3 middle_of(const MeshModel& mesh, const MeshNode& node, std::uint32_t lane) {
   Vec3 middle;
   if (!node.bottom()) {
@@ -56,7 +57,7 @@ Vec3 middle_of(const MeshModel& mesh, const MeshNode& node, std::uint32_t lane) 
   return middle;
 }
 
-// Half a box's diagonal, squared; not of a triangle.
+// The square of half a box's diagonal; 0 for a triangle.
 double half_square(const MeshModel& mesh, std::uint32_t ref) {
   if (lane_of(ref) == whole) return mesh.half.squaredNorm();
   const ChildBoxes& boxes = mesh.boxes_of(mesh.nodes[node_of(ref)]);
@@ -66,7 +67,7 @@ double half_square(const MeshModel& mesh, std::uint32_t ref) {
   return mesh.unit * mesh.unit * sum;
 }
 
-// A mesh as the other sees it: about the other's centre, in its units.
+// A mesh in the other's frame: relative to its centre, in its units.
 MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, const Vec3& shift) {
   return {mesh, turn, (turn * mesh.centre + shift - by.centre) / by.unit, by.unit};
 }
@@ -118,7 +119,7 @@ NearestSearch::NearestSearch(const Posed& a, const Posed& b, const WorkLimit* li
       between_(b.pose.translation - a.pose.translation),
       a_by_b_(view_of(a_, b_, turn_b_.transpose() * turn_a_, -(turn_b_.transpose() * between_))),
       b_by_a_(view_of(b_, a_, turn_a_.transpose() * turn_b_, turn_a_.transpose() * between_)),
-      // As far as the rotations are off from orthonormal, boxes may be nearer than they look.
+      // If the rotations are not orthonormal, boxes may be nearer than they seem.
       slack_((12 * (skewness(turn_a_) + skewness(turn_b_)) + tolerance::place_rounding_of_nearest) *
              (reach(a_) + reach(b_) + between_.lpNorm<1>())),
       meter_(limit) {}
@@ -126,7 +127,7 @@ NearestSearch::NearestSearch(const Posed& a, const Posed& b, const WorkLimit* li
 Nearest NearestSearch::operator()(double cutoff) {
   const double within = cutoff + slack_;
   best_.distance = within;
-  // Each of its levels leaves all children but one behind.
+  // Each level leaves all children but one.
   std::array<Item, 2 * most_mesh_levels * mesh_lanes> stack;
   std::size_t top = 0;
   stack[top++] = {0, whole, whole};
@@ -143,7 +144,7 @@ Nearest NearestSearch::operator()(double cutoff) {
     const MeshModel& mesh = down_a ? a_ : b_;
     const MeshNode& node = mesh.nodes[children.node];
     const std::size_t first = top;
-    // Of equals, as of boxes that overlap, the one whose middle is nearest.
+    // Of equals, as of overlapping boxes, the one whose centre is nearest.
     const auto away = [&](const Item& item) {
       return (middle_of(mesh, node, lane_of(down_a ? item.a : item.b)) - children.aligned_mid).squaredNorm();
     };
@@ -203,10 +204,10 @@ const PlacedTriangle& NearestSearch::placed_of_b(std::uint32_t triangle) {
 
 bool NearestSearch::each_within(double within, const Meet& meet, const Visit& visit,
                                 const std::function<void(double)>& progress, const LeaveOut& leave_out) {
-  constexpr double steps = 128;  // in which progress is told
+  constexpr double steps = 128;  // of progress
   struct Part {
     Item at;
-    double share;  // of all the work, as if every child were as much
+    double share;  // of all the work, if all children took equally long
   };
   std::array<Part, 2 * most_mesh_levels * mesh_lanes> stack;
   std::size_t top = 0;
@@ -255,7 +256,7 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
   const PlacedTriangle &p = placed_of_a(i), &q = placed_of_b(j);
   const auto least = [](const Corners& t, const Vec3& d) { return std::min({d.dot(t[0]), d.dot(t[1]), d.dot(t[2])}); };
   if (least(q.corner, normal_) + least(p.corner, -normal_) > best_.distance + slack_) return;
-  // Of pairs equally near the first by index: whatever order they are found in, it is the same one.
+  // Of equally near pairs the first by index, so that the order of finding does not matter.
   Nearest found;
   found.leave_out_beyond(best_.distance);
   triangles_nearest(p, q, found);

@@ -1,3 +1,4 @@
+// The nearest points of two meshes.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -17,18 +18,18 @@
 
 namespace tandem {
 
-/// The nearest points found so far, and how far apart they are.
+/// The nearest points found so far, and their distance.
 struct Nearest {
   double distance = infinity;
   Vec3 on_a = Vec3::Zero(), on_b = Vec3::Zero();
-  /// Roots are taken of what may be nearer alone: squares are rounded, by less than what they are widened by.
+  /// Takes square roots only for candidates: squares are rounded, by less than the margin.
   void take(const Vec3& p, const Vec3& q) {
     const double square = (p - q).squaredNorm();
     if (!may_take(square)) return;
     if (const double d = std::sqrt(square); d < distance) distance = d, square_ = square_within(d), on_a = p, on_b = q;
   }
   bool may_take(double square) const { return !(square > square_); }
-  /// Leaves out what is farther than that, where it was found already.
+  /// Leaves out pairs farther than a distance already found.
   void leave_out_beyond(double known) { square_ = std::min(square_, square_within(known)); }
 
  private:
@@ -36,8 +37,8 @@ struct Nearest {
   double square_ = infinity;
 };
 
-/// A triangle by its longest side and what is square to that: the foot of a point on its plane keeps its place along
-/// the side, and a sliver's normal, which rounding may turn anywhere, is not asked for.
+/// A triangle by its longest side and the height on it: projections on its plane keep their position along the side,
+/// and a sliver's normal, which rounding may turn anywhere, is not used.
 struct TriangleFrame {
   Vec3 from, side, slant, height;
   double side2 = 0, height2 = 0;
@@ -46,7 +47,7 @@ struct TriangleFrame {
   explicit TriangleFrame(const Corners& t);
 };
 
-/// A triangle, and what its nearest points to others are found by.
+/// A triangle with the data for finding its nearest points to others.
 struct PlacedTriangle {
   Corners corner;
   EdgeColumns edges;
@@ -57,44 +58,46 @@ struct PlacedTriangle {
   Vec3 edge(std::size_t i) const { return {edges.edge[0][i], edges.edge[1][i], edges.edge[2][i]}; }
 };
 
-/// Takes the nearest points of two triangles that do not meet.
+/// Takes the nearest points of two triangles that do not intersect.
 void triangles_nearest(const PlacedTriangle& p, const PlacedTriangle& q, Nearest& best);
 void triangles_nearest(const Corners& p, const Corners& q, Nearest& best);
 
-/// The nearest points of surfaces that do not meet, by branch and bound; relative to A's translation, in world axes.
+/// The nearest points of surfaces that do not intersect, by branch and bound; relative to A's translation, in world
+/// axes.
 class NearestSearch {
  public:
   NearestSearch(const Posed& a, const Posed& b, const WorkLimit* limit);
 
-  /// Of none nearer than `cutoff` (metres) an infinite distance.
+  /// An infinite distance if none is nearer than `cutoff` (metres).
   Nearest operator()(double cutoff = infinity);
 
-  /// Visits every pair of triangles [of A, of B] at most `within` apart, with its nearest points; those of which `meet`
-  /// says so are 0 apart, without points. False: visit(pair, nearest) returned false. `progress`, if not empty, is told
-  /// the part that is done, rising. `leave_out`, if not empty: pairs of places that are passed over, with all below
-  /// them.
+  /// Visits every pair of triangles [of A, of B] at most `within` apart, with its nearest points; pairs for which
+  /// `meet` returns true have distance 0 and no points. False: visit(pair, nearest) returned false. `progress`, if not
+  /// empty, gets the fraction done, increasing. `leave_out`, if not empty: selects pairs of places that are skipped
+  /// with all below them.
   using Meet = std::function<bool(std::uint32_t, std::uint32_t)>;
   using Visit = std::function<bool(const std::array<std::uint32_t, 2>&, const Nearest&)>;
   using LeaveOut = std::function<bool(const Item&)>;
   bool each_within(double within, const Meet& meet, const Visit& visit, const std::function<void(double)>& progress,
                    const LeaveOut& leave_out = {});
 
-  /// From A to B in world axes, unit, of what was found. Where the points lie so close that their places' rounding
-  /// turns the direction between them, it is that of the two triangles' features.
+  /// The direction from A to B in world axes, unit, of the result. Where the points are so close that rounding of their
+  /// positions would turn it, that of the two triangles' features.
   Vec3 normal(const NarrowPhaseOptions& options) const;
 
  private:
   bool goes_down_a(const Item& at) const;
   void solve(std::uint32_t triangle_a, std::uint32_t triangle_b);
-  /// A triangle in world axes about A's translation. Most pairs have one in common with the pair before.
+  /// A triangle in world axes relative to A's translation, kept, since most pairs have one in common with the pair
+  /// before.
   struct LastTriangle {
     std::uint32_t triangle = 0xffffffffu;
     PlacedTriangle placed;
   };
   const PlacedTriangle& placed_of_a(std::uint32_t triangle);
   const PlacedTriangle& placed_of_b(std::uint32_t triangle);
-  /// Lower bounds (metres) for the children of the larger of two places; which of the two it is, and its node. Of those
-  /// beyond `within` (metres) that is all that is known.
+  /// Lower bounds (metres) for the children of the larger of two places; which of the two that is, and its node. A
+  /// bound beyond `within` (metres) may be below the best possible one.
   struct Children {
     bool of_a;
     std::uint32_t node;
@@ -102,14 +105,14 @@ class NearestSearch {
     Vec3 aligned_mid;
   };
   Children bounds_of_children(const Item& at, double within);
-  /// Of one mesh as the other sees it; most places that follow one another have one of the two in common.
+  /// A place of one mesh in the other's frame, kept, since most consecutive pairs have one of the two in common.
   struct SeenVolume {
     const MeshView& view;
     std::uint32_t ref;
     NearVolume volume;
     explicit SeenVolume(const MeshView& v) : view(v), ref(whole), volume(v.volume(whole)) {}
     const NearVolume& at(std::uint32_t place) {
-      if (place != ref) ::new (&volume) NearVolume(view.volume(place)), ref = place;  // made where it stays
+      if (place != ref) ::new (&volume) NearVolume(view.volume(place)), ref = place;  // constructed in place
       return volume;
     }
     static_assert(std::is_trivially_destructible_v<NearVolume>);

@@ -1,3 +1,4 @@
+// Gaps between a box and the boxes of a node (vector kernel).
 #include "meshes/traversal/mesh_query.h"
 
 #include "lanes/lanes_of_256_bits.h"
@@ -12,7 +13,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 namespace {
 
-// The middles and halves of an inner node's boxes from lane l on.
+// The centres and half sizes of an inner node's boxes from lane l on.
 struct StoredBoxes {
   const LaneBoxes& boxes;
   template <class Tag, class Lanes>
@@ -20,7 +21,7 @@ struct StoredBoxes {
     for (int i = 0; i < 3; ++i) mid[i] = hn::Load(tag, boxes.mid[i] + l), half[i] = hn::Load(tag, boxes.half[i] + l);
   }
 };
-// Of a bottom node's triangles, as MeshModel::boxes_of_triangles has them.
+// The boxes of a bottom node's triangles, as in MeshModel::boxes_of_triangles.
 struct BoxesOfTriangles {
   const TriangleBlock& block;
   float pad;

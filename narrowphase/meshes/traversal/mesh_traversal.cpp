@@ -1,3 +1,4 @@
+// The simultaneous traversal of two meshes' hierarchies (vector kernel).
 #include "meshes/traversal/mesh_traversal.h"
 
 #include <algorithm>
@@ -45,21 +46,21 @@ Floats dot(const float* row, Floats u, Floats v, Floats w) {
   return dot(hn::Set(tag, row[0]), hn::Set(tag, row[1]), hn::Set(tag, row[2]), u, v, w);
 }
 
-/// Of two blocks, those of a triangle each that are not known to be apart. With `gaps` it notes how far apart what it
-/// leaves out is.
+/// Screens two blocks for pairs of triangles that are not known to be separated. With `gaps` it keeps lower bounds on
+/// the distances of separated ones.
 template <bool gaps>
 class TriangleScreen {
  public:
   explicit TriangleScreen(const TraversalFrame& frame) : f_(frame) {}
 
-  // What the lanes with a gap above 0 say of pairs that are left out.
+  // Takes the lanes with a gap above 0, whose pairs are left out.
   void note(Floats gap) {
     if constexpr (gaps) least_gap_ = hn::Min(least_gap_, hn::IfThenElse(hn::Gt(gap, hn::Zero(tag)), gap, least_gap_));
   }
-  // Of all that was left out, in units of A.
+  // Over all pairs left out, in units of A.
   float least_gap() const { return hn::GetLane(hn::MinOfLanes(tag, least_gap_)); }
 
-  // Calls visit(lane of na, lane of nb) for each pair; true ends it, and is returned.
+  // Calls visit(lane of na, lane of nb) for each remaining pair; true ends it, and is returned.
   template <class Visit>
   bool each(const MeshNode& na, const TriangleBlock& block_a, const MeshNode& nb, const TriangleBlock& block_b,
             const Visit& visit) {
@@ -67,7 +68,7 @@ class TriangleScreen {
     map(block_b, b);
     std::uint64_t hits = boxes_meet(na, block_a, nb, b);
     if (hits == 0) return false;
-    // Pairs that are left, one a lane: place in B's block and in A's. What lies beyond the last counts for nothing.
+    // Remaining pairs, one a lane: index in B's block and in A's. Entries beyond the last are ignored.
     std::uint8_t pairs[mesh_lanes * (mesh_lanes + 1)];
     std::size_t count = 0;
     for (; hits != 0; hits &= hits - 1) pairs[count++] = static_cast<std::uint8_t>(std::countr_zero(hits));
@@ -83,7 +84,7 @@ class TriangleScreen {
   }
 
  private:
-  // Lanes beyond those in use say nothing.
+  // Ignores unused lanes.
   static Floats of_lanes(std::uint32_t lanes, std::size_t l, Floats gap) {
     return hn::IfThenElseZero(hn::Lt(hn::Iota(tag, static_cast<float>(l)), hn::Set(tag, static_cast<float>(lanes))),
                               gap);
@@ -105,7 +106,7 @@ class TriangleScreen {
       }
   }
 
-  // Which of A's triangles, eight bits each, boxes do not tell from each of B's.
+  // For each of B's triangles the triangles of A whose boxes overlap its box, eight bits each.
   std::uint64_t boxes_meet(const MeshNode& na, const TriangleBlock& t, const MeshNode& nb, const MappedTriangles& b) {
     std::uint32_t near = 0;
     for (std::size_t l = 0; l < mesh_lanes; l += hn::Lanes(tag)) {
@@ -155,7 +156,7 @@ class TriangleScreen {
     return hn::Sub(hn::Mul(u[j], v[k]), hn::Mul(u[k], v[j]));
   }
 
-  // Which of the first `count` of a vector of pairs, whose boxes meet, the triangles' planes do not tell apart.
+  // Which of the first `count` of a vector of pairs with overlapping boxes the triangles' planes do not separate.
   std::uint32_t not_apart(const TriangleBlock& block, const MappedTriangles& b, const std::uint8_t* pairs,
                           std::size_t count) {
     const hn::RebindToSigned<Tag> places;
@@ -168,8 +169,8 @@ class TriangleScreen {
       const auto low = hn::Min(p[0][i], hn::Min(p[1][i], p[2][i])), high = hn::Max(p[0][i], hn::Max(p[1][i], p[2][i]));
       span = hn::Max(span, hn::Sub(hn::Max(high, look_up(b.high[i], in_b)), hn::Min(low, look_up(b.low[i], in_b))));
     }
-    // Every difference is at most `span`, and wrong by 2 off plus its rounding: a determinant of them is wrong by
-    // less than 6 span^2 (6 off + 10 u span), u = 2^-24, and a normal by less than that over span.
+    // Every difference is at most `span`, with an error of 2 off plus its rounding: the error of a determinant of them
+    // is less than 6 span^2 (6 off + 10 u span), u = 2^-24, and that of a normal less than this over span.
     const auto askew = hn::Mul(
         span, hn::Add(hn::Set(tag, 48 * f_.off),
                       hn::Mul(hn::Set(tag, static_cast<float>(tolerance::determinant_rounding_of_floats)), span)));
@@ -199,7 +200,7 @@ class TriangleScreen {
   Floats least_gap_ = hn::Set(tag, std::numeric_limits<float>::infinity());
 };
 
-// A box of B in A's frame: middle, half along A's axes and along B's, padded.
+// A box of B in A's frame: centre, half sizes along A's axes and along B's, padded.
 struct alignas(32) MappedBoxes {
   Row mid[3], half[3], own[3];
 };
@@ -208,7 +209,7 @@ Floats spread(const float* row, Floats u, Floats v, Floats w) {
   return dot(hn::Set(tag, std::abs(row[0])), hn::Set(tag, std::abs(row[1])), hn::Set(tag, std::abs(row[2])), u, v, w);
 }
 
-// With `gaps` it notes how far apart what it leaves out is.
+// With `gaps` it keeps lower bounds on the distances of what it leaves out.
 template <bool gaps>
 class Traversal {
  public:
@@ -231,7 +232,7 @@ class Traversal {
     }
   }
 
-  // Level by level until there are so many.
+  // Level by level until there are enough.
   std::vector<NodePair> subtrees(std::size_t wanted) {
     std::vector<NodePair> level{{0, 0}}, next;
     for (bool deeper = true; deeper && level.size() < wanted; level.swap(next)) {
@@ -251,7 +252,7 @@ class Traversal {
     return level;
   }
 
-  // Of all that was left out, in units of A.
+  // Over all that was left out, in units of A.
   float least_gap() const { return screen_.least_gap(); }
 
  private:
@@ -292,7 +293,7 @@ class Traversal {
     }
   }
 
-  // Largest gap along the axes of both between boxes of A, their reaches along B's axes, and boxes of B.
+  // The largest gap along the axes of both between boxes of A, their extents along B's axes, and boxes of B.
   Floats gap(const Floats (&mid_a)[3], const Floats (&half_a)[3], const Floats (&reach_a)[3], const Floats (&mid_b)[3],
              const Floats (&half_b)[3], const Floats (&own_b)[3]) const {
     const Floats d[3] = {hn::Sub(mid_a[0], mid_b[0]), hn::Sub(mid_a[1], mid_b[1]), hn::Sub(mid_a[2], mid_b[2])};
@@ -327,7 +328,7 @@ class Traversal {
     return gap(a.mid, a.half, a.reach, mid, half, own);
   }
 
-  // Which of B's lanes the whole of A's node may meet, and how far they reach into it.
+  // The lanes of B that A's whole node may overlap, and the depth of the overlap.
   std::uint32_t lanes_of_b(const MeshNode& na, const MappedBoxes& b, Row& depth) {
     const Boxes a = whole_of_a(na);
     std::uint32_t hits = 0;
@@ -458,8 +459,8 @@ TraversalFrame::TraversalFrame(const MeshModel& a, const MeshModel& b, const Tri
   const Vec3 half_a = a.half / a.unit, half_b = frame.map().cwiseAbs() * b.half / a.unit;
   gap = (between.cwiseAbs() - half_a - half_b).maxCoeff() - tolerance::whole_boxes;
   if (!(gap <= 0)) return;
-  // Coordinates of A are rounded once, those of B go through three products and sums of rounded factors: 6 units in
-  // the last place of the largest term, 2^-24 each. Comparing them takes a few more.
+  // Coordinates of A are rounded once, those of B go through three products and sums of rounded factors: 6 units in the
+  // last place of the largest term, 2^-24 each. Comparing them adds a few more.
   const Vec3 size = half_a + half_b + between.cwiseAbs();
   const Vec3 pad = tolerance::box_of_floats * size + Vec3::Constant(4 * frame.delta() / a.unit + tolerance::no_extent);
   const Vec3 along_b = 3 * (inv.cwiseAbs() * pad);
@@ -473,14 +474,14 @@ TraversalFrame::TraversalFrame(const MeshModel& a, const MeshModel& b, const Tri
     }
   }
   ratio = static_cast<float>(scale);
-  // Nothing is compared in these: 1, 6 and 2 units.
+  // These are not compared: 1, 6 and 2 units.
   const Vec3 rounded = 1.3 * std::exp2(-24) * (half_a + 6 * half_b + 2 * between.cwiseAbs());
   off = static_cast<float>((rounded + Vec3::Constant(4 * frame.delta() / a.unit + tolerance::no_extent)).maxCoeff());
 }
 
 namespace {
 
-// Less than single precision and rotations that are orthonormal to 1e-6 are off by.
+// Lowers a gap by the errors of single precision and of rotations that are orthonormal to 1e-6.
 void lower(double* gap, double units, const MeshModel& a) {
   if (gap != nullptr) *gap = std::min(*gap, (1 - tolerance::askew_in_floats) * units * a.unit);
 }

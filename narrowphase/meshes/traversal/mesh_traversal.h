@@ -1,4 +1,4 @@
-// Pairs of triangles of two meshes that may meet, found by going through both hierarchies at once.
+// Pairs of triangles of two meshes that may intersect, found by a simultaneous traversal of both hierarchies.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -11,12 +11,12 @@
 
 namespace tandem {
 
-/// Nodes of two hierarchies that are to be traversed together.
+/// Nodes of two hierarchies to be traversed together.
 struct NodePair {
   std::uint32_t a, b;
 };
 
-/// Nearly always shallow; only deep trees of great meshes need the heap.
+/// A stack, nearly always shallow; only deep trees of very large meshes need the heap.
 class NodePairStack {
  public:
   bool empty() const { return size_ == 0; }
@@ -43,42 +43,42 @@ class NodePairStack {
   std::vector<NodePair> far_;
 };
 
-/// How the boxes of B lie in A's frame, in units of A, in floats with a bound on their error.
+/// The pose of B's boxes in A's frame, in units of A, in floats with a bound on their error.
 struct TraversalFrame {
   float map[3][3];      // B's boxes to A's axes, scaled
   float inverse[3][3];  // A's axes to B's, not scaled
   float shift[3];
   float ratio;     // of the units, at most 1
-  float pad_a[3];  // more than floats are off by along A's axes, rounding of the test itself included
+  float pad_a[3];  // bound on the errors of floats along A's axes, rounding of the test itself included
   float pad_b[3];  // along B's
   float off;       // bound on the error of any coordinate
-  double gap = 0;  // between the whole boxes, along A's axes; > 0: apart, and nothing else is set
+  double gap = 0;  // between the whole boxes, along A's axes; > 0: separated, and nothing else is set
 
   TraversalFrame(const MeshModel& a, const MeshModel& b, const TriangleTest& frame);
 };
 
-/// What is done with pairs of triangles that may meet.
+/// Receives pairs of triangles that may intersect.
 class PairVisitor {
  public:
   explicit PairVisitor(const WorkLimit* limit) : meter(limit) {}
   virtual ~PairVisitor() = default;
-  /// Triangle i of A and j of B; true ends the traversal.
+  /// Takes triangle i of A and j of B; true ends the traversal.
   virtual bool visit(std::uint32_t i, std::uint32_t j) = 0;
 
-  WorkMeter meter;  ///< the traversal's work and the visitor's
+  WorkMeter meter;  ///< counts the traversal's work and the visitor's
 };
 
-/// Simultaneous traversal of two hierarchies: visits every triangle i of `a` and j of `b` that may meet, never leaving
-/// one out that does, the same j in a row. The order depends on the arguments only; with `likely_first` the boxes that
-/// overlap most come first. Boxes are compared along the axes of both meshes, triangles along their own axes and
-/// normals, eight at once in floats with a bound on their error. Wants a.unit >= b.unit.
-/// `gap`, if not null, is lowered to what any two triangles that are not visited are known to be apart (metres); it
-/// says nothing if the visitor ends the traversal.
+/// Simultaneous traversal of two hierarchies: visits every triangle i of `a` and j of `b` that may intersect, without
+/// omissions, those with the same j consecutively. The order depends on the arguments only; with `likely_first` the
+/// boxes with the largest overlap come first. Boxes are compared along the axes of both meshes, triangles along their
+/// own axes and normals, eight at once in floats with a bound on their error. Requires a.unit >= b.unit. `gap`, if not
+/// null, is lowered to a lower bound on the distance (metres) of triangles that are not visited; it is meaningless if
+/// the visitor ends the traversal.
 void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, bool likely_first,
               PairVisitor& visitor, double* gap = nullptr);
 
-/// Pairs of subtrees that do not depend on each other: together they visit what traverse() does. `wanted` of
-/// them or more, unless there is less to do.
+/// Independent pairs of subtrees: together they visit what traverse() does. At least `wanted`, unless there is less to
+/// do.
 std::vector<NodePair> traversal_subtrees(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                                          std::size_t wanted, double* gap = nullptr);
 void traverse(const MeshModel& a, const MeshModel& b, const TriangleTest& frame, NodePair subtrees,

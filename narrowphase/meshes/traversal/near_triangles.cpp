@@ -1,3 +1,4 @@
+// Pairs of triangles with near boxes, by a simultaneous traversal.
 #include "meshes/traversal/near_triangles.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ namespace {
 using Lanes = FourFloats;
 constexpr std::size_t wanted_subtrees = 512;
 
-// Which of a node's lanes, those not in use among them, lie no farther from a box than its half says, along every axis.
+// The lanes of a node, unused ones included, that are within half sizes `half` of a box along every axis.
 std::uint32_t lanes_near(const LaneBoxes& boxes, const float (&mid)[3], const float (&half)[3]) {
   std::uint32_t near = 0;
   for (std::size_t l = 0; l < mesh_lanes; l += 4) {
@@ -29,7 +30,7 @@ std::uint32_t lanes_near(const LaneBoxes& boxes, const float (&mid)[3], const fl
 
 }  // namespace
 
-// Of a node of B in A's frame; halves grown by the margin.
+// The boxes of a node of B in A's frame; half sizes enlarged by the margin.
 struct NearBoxPairs::Boxes {
   float mid[mesh_lanes][3], half[mesh_lanes][3];
 };
@@ -52,7 +53,7 @@ NearBoxPairs::NearBoxPairs(const Posed& a, const Posed& b, double margin)
     shift_[i] = static_cast<float>(shift[i]);
     for (int j = 0; j < 3; ++j) map_[i][j] = static_cast<float>(turn(i, j) * scale);
   }
-  // Rotations need not be quite orthonormal.
+  // Rotations need not be exactly orthonormal.
   const auto skew = [](const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); };
   const double off = 4 * tolerance::box_of_floats + 4 * (skew(a.pose.rotation) + skew(b.pose.rotation));
   pad_ = static_cast<float>((margin / a_.unit + off * (1 + scale + shift.cwiseAbs().maxCoeff())) *
@@ -77,7 +78,7 @@ void NearBoxPairs::map(const LaneBoxes& given, std::uint32_t lanes, Boxes& out) 
 void NearBoxPairs::descend(NodePair at, std::vector<NodePair>& out) const {
   const MeshNode &na = a_.nodes[at.a], &nb = b_.nodes[at.b];
   Boxes boxes;
-  if (na.bottom()) {  // B's lanes against the whole of A's node
+  if (na.bottom()) {  // B's lanes against A's whole node
     const ChildBoxes& of_b = b_.boxes_of(nb);
     map(of_b, nb.lanes(), boxes);
     for (std::uint32_t j = 0; j < nb.lanes(); ++j) {
@@ -157,7 +158,7 @@ void NearBoxPairs::visit(NodePair subtrees, PairVisitor& visitor) const {
 
 SearchEnd visit_in_turn(const NearBoxPairs& near, PairVisitor& visitor, const SearchOptions& options,
                         const std::function<bool()>& ended) {
-  constexpr std::size_t times = 100;  // that progress is told, at most
+  constexpr std::size_t times = 100;  // reports of progress at most
   try {
     visitor.meter.spend();
     const std::vector<NodePair> subtrees = near.subtrees();

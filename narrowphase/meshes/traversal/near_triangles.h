@@ -9,18 +9,18 @@
 
 namespace tandem {
 
-/// Simultaneous traversal of the hierarchies of two meshes, or of a mesh and itself, that looks at boxes alone.
+/// Simultaneous traversal of the hierarchies of two meshes, or of a mesh and itself, by boxes alone.
 class NearBoxPairs {
  public:
   /// Pairs of triangles of one mesh, i < j. `margin`: metres, >= 0.
   NearBoxPairs(const MeshModel& mesh, double margin);
-  /// Triangle i of A, j of B.
+  /// Pairs of triangle i of A and j of B.
   NearBoxPairs(const Posed& a, const Posed& b, double margin);
 
-  /// Subtrees that do not depend on each other: together they have all pairs. As many as threads may need.
+  /// Independent pairs of subtrees: together they have all pairs. Enough of them for threads.
   std::vector<NodePair> subtrees() const;
-  /// Every pair below whose triangles are no farther apart than the margin, and others, each once. Spends the
-  /// visitor's meter.
+  /// Visits every pair below whose triangles are at most the margin apart, and others, each once. Spends the visitor's
+  /// meter.
   void visit(NodePair subtrees, PairVisitor& visitor) const;
 
  private:
@@ -33,10 +33,10 @@ class NearBoxPairs {
   const MeshModel& b_;
   const bool self_;
   float map_[3][3], shift_[3];  // B's boxes to A's axes, in units of A
-  float pad_;                   // the margin, and what floats are off by
+  float pad_;                   // the margin, and a bound on the errors of floats
 };
 
-/// Visits all subtrees one after the other. `ended`, asked after each: whether the visitor wants no more.
+/// Visits all subtrees one after the other. `ended`, called after each: the visitor wants no more.
 SearchEnd visit_in_turn(const NearBoxPairs& near, PairVisitor& visitor, const SearchOptions& options,
                         const std::function<bool()>& ended);
 

@@ -1,3 +1,4 @@
+// Lower bounds on distances of boxes and triangles (vector kernel).
 #include "meshes/traversal/nearest_kernel.h"
 
 #include <algorithm>
@@ -47,8 +48,8 @@ struct Slabs {
     for (int i = 0; i < 3; ++i) thin[i] = widen(slabs.normal[i] + l);
     thin_mid = widen(slabs.mid + l), thin_half = widen(slabs.half + l);
   }
-  // The least of u . x over each, times |u|: by the box alone, or of u what goes along the thin direction by the
-  // planes.
+  // The minimum of u . x over each, times |u|: by the box alone, or by the planes for the component of u along the thin
+  // direction.
   HWY_INLINE Lane least(const Lane* u) const {
     const Lane cosine = dot(u, thin), back = hn::Neg(cosine);
     const Lane w[3] = {add(back, thin[0], u[0]), add(back, thin[1], u[1]), add(back, thin[2], u[2])};
@@ -76,7 +77,7 @@ struct Triangles {
   }
 };
 
-// From the nearest point of what they are held against to a point each.
+// The direction from the nearest point of the box to a point, for each lane.
 HWY_INLINE void direction_to(const NearBox& box, const Lane* to, Lane* direction) {
   const Lane d[3] = {hn::Sub(to[0], all(box.mid[0])), hn::Sub(to[1], all(box.mid[1])), hn::Sub(to[2], all(box.mid[2]))};
   for (int i = 0; i < 3; ++i) direction[i] = hn::Zero(N());
@@ -87,7 +88,7 @@ HWY_INLINE void direction_to(const NearBox& box, const Lane* to, Lane* direction
     for (int i = 0; i < 3; ++i) direction[i] = add(out, all(axis[i]), direction[i]);
   }
 }
-// Ericson, Real-Time Collision Detection, 5.1.5, by the three edges and the face.
+// By the three edges and the face (Ericson, Real-Time Collision Detection, 5.1.5).
 HWY_INLINE void direction_to(const NearTriangle& t, const Lane* to, Lane* direction) {
   Lane nearest = all(1e300);
   auto over = hn::Eq(nearest, nearest);
@@ -107,7 +108,7 @@ HWY_INLINE void direction_to(const NearTriangle& t, const Lane* to, Lane* direct
   }
 }
 
-// The most of u . x over it, times |u|.
+// The maximum of u . x over the box, times |u|.
 HWY_INLINE Lane most_of_box(const NearBox& box, const Lane* u) {
   Lane top = dot(box.mid, u);
   for (int k = 0; k < 3; ++k) top = add(hn::Abs(dot(Vec3(box.axes.col(k)), u)), all(box.half[k]), top);
@@ -131,7 +132,8 @@ HWY_INLINE Lane bound(const Shape& shape, const NearVolume& volume, const NearPl
   const auto along = [&](const Lane* direction) HWY_ATTR {
     return hn::Div(hn::Sub(c.least(direction), most(shape, direction)), hn::Max(length(direction), tiny));
   };
-  // Boxes along the frame's axes, and from the middle of the volume to what is nearest of the child's box.
+  // The gaps of boxes along the frame's axes, and the vector from the volume's centre to the nearest point of the
+  // child's box.
   Lane gap[3], to_box[3];
   for (int i = 0; i < 3; ++i) {
     const Lane d = hn::Sub(c.mid[i], all(volume.aligned_mid[i])), beyond = hn::Sub(hn::Abs(d), c.half[i]);

@@ -1,3 +1,4 @@
+// Exact test of a point in a closed mesh.
 #include "meshes/traversal/point_in_mesh.h"
 
 #include <algorithm>
@@ -17,9 +18,9 @@ using Rational = boost::multiprecision::cpp_rational;
 int sign(double x) { return x > 0 ? 1 : x < 0 ? -1 : 0; }
 int sign(const Rational& x) { return x.sign(); }
 
-// The ray from a point along the mesh's z axis. Where it meets an edge or a corner, it is the ray from the point moved
-// by (e, e^2, 0), e as small as need be, that counts: it crosses every edge on one side. No point of the surface being
-// at the place itself, the winding number there is the same (Edelsbrunner and Muecke, Simulation of simplicity, 1990).
+// The ray from a point along the mesh's z axis. Where it hits an edge or a corner, the ray from the point moved by (e,
+// e^2, 0) with an infinitesimal e counts: it crosses every edge on one side. If the point itself is not on the surface,
+// the winding number there is the same (Edelsbrunner and Muecke, Simulation of simplicity, 1990).
 class Ray {
  public:
   Ray(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p, const WorkLimit* limit)
@@ -36,7 +37,7 @@ class Ray {
     const Vec3 away = (from_ - mesh_.centre).cwiseAbs() - mesh_.half;
     const double slack = delta_ + tolerance::outward * (mesh_.centre.cwiseAbs() + mesh_.half).maxCoeff();
     if (away.maxCoeff() > slack) return false;
-    // In units about the centre, as the boxes are.
+    // In units about the centre, like the boxes.
     const Vec3 at = (from_ - mesh_.centre) / mesh_.unit;
     const double pad = slack / mesh_.unit + tolerance::no_extent;
     int sum = 0;
@@ -75,7 +76,7 @@ class Ray {
     bool on_surface = false;
   };
 
-  // Signs of a triangle as the point sees it: of the volume, and of the three areas along z.
+  // The signs of a triangle relative to the point: of the volume, and of the three areas along z.
   struct Signs {
     int volume = 0;
     std::array<int, 3> area{};
@@ -101,7 +102,7 @@ class Ray {
       turns += turn;
     }
     if (turns != 3 && turns != -3) return {};
-    // Counterclockwise seen from above: its outside is up, and the volume positive where it lies above the point.
+    // Counterclockwise from above: its outside is up, and the volume is positive if it lies above the point.
     const bool above = turns > 0 ? s.volume > 0 : s.volume < 0;
     return {above ? turns / 3 : 0, false};
   }
@@ -109,7 +110,7 @@ class Ray {
   Signs filtered(const Corners& corners) const {
     const Vec3 a = corners[0] - from_, b = corners[1] - from_, c = corners[2] - from_;
     const double span = std::max({a.cwiseAbs().maxCoeff(), b.cwiseAbs().maxCoeff(), c.cwiseAbs().maxCoeff()});
-    // Every difference is wrong by delta and its rounding at most.
+    // Every difference has an error of at most delta plus its rounding.
     const double off = delta_ + tolerance::difference_rounding * span;
     const double flat = span * (8 * off + tolerance::area_rounding * span) + std::numeric_limits<double>::min();
     const double solid =
@@ -127,7 +128,7 @@ class Ray {
       left = left || areas[k] > flat;
       right = right || areas[k] < -flat;
     }
-    // Clearly beside the triangle: nothing else matters, the point is not on it either.
+    // Clearly beside the triangle: nothing else matters, and the point is not on it.
     if (left && right) {
       s.certain = true;
       return s;
@@ -163,10 +164,10 @@ class Ray {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
   }
 
-  // Is the origin in the closed triangle, in whose plane (or on whose line, if it has no area) it lies?
+  // True if the origin is in the closed triangle, in whose plane (or on whose line, if it has no area) it lies.
   static bool holds_origin(const std::array<Point, 3>& v) {
-    // Each edge spans a parallelogram with the origin; from inside all three turn the same way. One that vanishes has
-    // the origin on its line.
+    // Each edge spans a parallelogram with the origin; for a point inside all three have the same orientation. If one
+    // vanishes, the origin is on its line.
     const std::array<Point, 3> n{crossed(v[0], v[1]), crossed(v[1], v[2]), crossed(v[2], v[0])};
     for (std::size_t i = 0; i < 3; ++i) {
       const std::array<int, 3> s{sign(n[0][i]), sign(n[1][i]), sign(n[2][i])};
@@ -182,7 +183,7 @@ class Ray {
     return !on_line;
   }
 
-  // Is the origin, on the line of a and b, between them?
+  // True if the origin, on the line of a and b, is between them.
   static bool between(const Point& a, const Point& b) {
     for (std::size_t i = 0; i < 3; ++i)
       if (sign(a[i]) * sign(b[i]) > 0) return false;
@@ -200,7 +201,7 @@ class Ray {
 }  // namespace
 
 bool is_inside(const MeshModel& mesh, const Pose& pose, const Vec3& p, const Pose& pose_p, const WorkLimit* limit) {
-  // Nearly always the point is far from the box, and a rotation's transpose, its inverse to 6e-6, tells.
+  // Usually the point is far from the box, and a rotation's transpose, its inverse to 6e-6, suffices.
   const Vec3 between = pose_p.rotation * p + (pose_p.translation - pose.translation);
   const Vec3 away = (pose.rotation.transpose() * between - mesh.centre).cwiseAbs() - mesh.half;
   if (away.maxCoeff() > tolerance::askew_in_floats * (between.lpNorm<1>() + p.lpNorm<1>() + mesh.centre.lpNorm<1>()))

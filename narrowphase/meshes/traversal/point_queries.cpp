@@ -1,3 +1,4 @@
+// Queries of a mesh's surface by a point.
 #include "meshes/traversal/point_queries.h"
 
 #include <cmath>
@@ -46,7 +47,7 @@ double first_crossing(const MeshModel& mesh, const Vec3& p, const Vec3& d, const
   axes << d, u, d.cross(u);
   const BoxQuery query(mesh, {p.cwiseMin(end), p.cwiseMax(end)}, (p + end) / 2, Vec3(reach / 2, 0, 0), axes, 0, limit);
   query.each_near(0, [&](std::uint32_t t) {
-    // Moeller and Trumbore, Fast, minimum storage ray-triangle intersection, 1997; edges belong to both sides.
+    // Moeller and Trumbore, Fast, minimum storage ray-triangle intersection, 1997; edges belong to both triangles.
     const auto c = mesh.corners(t);
     const Vec3 e = c[1] - c[0], f = c[2] - c[0], h = d.cross(f), r = p - c[0], q = r.cross(e);
     const double det = e.dot(h);

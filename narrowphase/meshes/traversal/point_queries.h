@@ -6,18 +6,18 @@
 
 namespace tandem {
 
-/// The point of the surface nearest to p; in the mesh's frame, as p is.
+/// The point of the surface nearest to p; in the mesh's frame, like p.
 struct SurfacePoint {
   double distance;
   Vec3 at;
 };
 SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p, const WorkLimit* limit = nullptr);
 
-/// The triangle nearest to p; of those equally near to rounding the one that faces `outward` most (of a surface that is
-/// not solid, with either side), then the first. In the mesh's frame.
+/// The triangle nearest to p; of those equally near to rounding the one most aligned with `outward` (for a surface that
+/// is not solid, with either side), then the first. In the mesh's frame.
 std::uint32_t nearest_triangle(const MeshModel& mesh, const Vec3& p, const Vec3& outward);
 
-/// Distance of the first crossing along d (unit) from p, infinity if there is none; in the mesh's frame.
+/// The distance of the first crossing along d (unit) from p, infinity if there is none; in the mesh's frame.
 double first_crossing(const MeshModel& mesh, const Vec3& p, const Vec3& d, const WorkLimit* limit = nullptr);
 
 }  // namespace tandem

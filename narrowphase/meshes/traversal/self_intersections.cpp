@@ -1,3 +1,4 @@
+// Self-intersections of a mesh, exactly.
 #include "meshes/traversal/self_intersections.h"
 
 #include <algorithm>
@@ -14,7 +15,7 @@ using Pairs = std::vector<std::array<std::uint32_t, 2>>;
 
 using Pair = std::array<std::uint32_t, 2>;
 
-// tell(pair) of those that meet; false ends it.
+// Calls tell(pair) for intersecting pairs; false ends it.
 template <class Tell>
 class SelfIntersections final : public PairVisitor {
  public:

@@ -1,3 +1,4 @@
+// Self-intersections of a mesh, exactly.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -11,13 +12,13 @@
 
 namespace tandem {
 
-/// All pairs of triangles i < j of a mesh that meet, exactly, and share no vertex, sorted. `first`: of each vertex the
-/// one that stands for it.
+/// All pairs of triangles i < j of a mesh that intersect, exactly, and share no vertex, sorted. `first`: the
+/// representative of each vertex.
 std::vector<std::array<std::uint32_t, 2>> self_intersections(const MeshModel& mesh,
                                                              std::span<const std::uint32_t> first,
                                                              const PartRunner& parts);
 
-/// Tells a mesh's crossings with itself one after the other until `visitor` returns false.
+/// Reports a mesh's self-intersections one by one until `visitor` returns false.
 SearchEnd visit_self_intersections(const MeshModel& mesh, std::span<const std::uint32_t> first,
                                    const std::function<bool(const std::array<std::uint32_t, 2>&)>& visitor,
                                    const SearchOptions& options);

@@ -13,17 +13,17 @@
 
 namespace tandem {
 
-/// Two bodies by their ids, a.index() < b.index(). Never another pair's, as slots of removed bodies are used again.
+/// Two bodies by their ids, a.index() < b.index(). Ids are unique even where slots of removed bodies are reused.
 struct BodyPair {
   BodyId a, b;
   friend bool operator==(const BodyPair&, const BodyPair&) = default;
 };
 
-/// The pair's bodies by the scene that the list is of, as it was then.
+/// The pair's bodies by the scene that the list belongs to, in its state of that time.
 inline BodyPair body_pair(const Scene& scene, const PairResult& pair) { return {scene.id(pair.a), scene.id(pair.b)}; }
 
-/// Walks two lists of pairs that are sorted by indices: ended(i) for those of the first that the second does not have,
-/// began(j) the other way round, stayed(i, j) for both. A slot with another body is another pair.
+/// Compares two lists of pairs sorted by indices: ended(i) for those only in the first, began(j) for those only in the
+/// second, stayed(i, j) for those in both. A slot with another body is another pair.
 template <class Ended, class Began, class Stayed>
 void compare_pairs(std::span<const BodyPair> before, std::span<const BodyPair> now, Ended&& ended, Began&& began,
                    Stayed&& stayed) {
@@ -46,13 +46,14 @@ void compare_pairs(std::span<const BodyPair> before, std::span<const BodyPair> n
   }
 }
 
-/// Which pairs began to touch, still touch and no longer touch, from one call to the next: a begin and an end for each
-/// touch, also where a body was removed or changed meanwhile. Sorted by indices; the same on any number of threads.
+/// The pairs that began to touch, still touch, and ceased to touch from one call to the next: a begin and an end for
+/// each contact, even if a body was removed or changed meanwhile. Sorted by indices; the same for any number of
+/// threads.
 class ContactEvents {
  public:
-  /// After a step, with its contacts, before the scene changes. Pairs within a margin do not touch. O(contacts). Not
-  /// after a step that its deadline ended (StepIssue::incomplete): pairs that it did not finish would be told to have
-  /// ended.
+  /// Call after a step, with its contacts, before the scene changes. Pairs within a margin do not count as touching.
+  /// O(contacts). Not after a step that its deadline ended (StepIssue::incomplete): its unfinished pairs would be
+  /// reported as ended.
   void update(const Scene& scene, const ContactList& contacts) {
     std::swap(touching_, before_);
     touching_.clear();
@@ -66,7 +67,7 @@ class ContactEvents {
         [&](std::size_t j) { began_.push_back(touching_[j]); },
         [&](std::size_t, std::size_t j) { stayed_.push_back(touching_[j]); });
   }
-  /// All that touched end: as if a step had found no contact.
+  /// Ends all contacts, as if a step had found none.
   void end_all() {
     ended_ = std::exchange(touching_, {});
     began_.clear();
@@ -76,20 +77,20 @@ class ContactEvents {
   std::span<const BodyPair> began() const { return began_; }
   std::span<const BodyPair> stayed() const { return stayed_; }
   std::span<const BodyPair> ended() const { return ended_; }
-  std::span<const BodyPair> touching() const { return touching_; }  ///< began and stayed
+  std::span<const BodyPair> touching() const { return touching_; }  ///< pairs that began and those that stayed
 
  private:
   std::vector<BodyPair> touching_, before_, began_, stayed_, ended_;
 };
 
-/// A value for each pair of a step's list, near ones within the margin included, carried from step to step: a force, a
+/// A value for each pair of a step's list, including those within the margin, kept from step to step: a force, a
 /// material, a count. Values of pairs that are no longer in the list are dropped.
 template <class Value>
 class PairMap {
  public:
-  /// As ContactEvents::update; new pairs get Value{}. Beware of an Eigen vector: its Value{} is not zero but whatever
-  /// lies in memory; put it into a struct with `Vec3 v = Vec3::Zero()`. `dropped(pair, value)` is told, in order, what
-  /// is dropped. O(contacts).
+  /// As ContactEvents::update; new pairs get Value{}. Note that Value{} of an Eigen vector is not initialised to zero;
+  /// put it into a struct with `Vec3 v = Vec3::Zero()`. Calls `dropped(pair, value)`, in order, for dropped ones.
+  /// O(contacts).
   template <class Dropped>
   void update(const Scene& scene, const ContactList& contacts, Dropped&& dropped) {
     std::swap(pairs_, pairs_before_);
@@ -112,7 +113,7 @@ class PairMap {
   const Value& operator[](std::size_t i) const { return values_[i]; }
   std::size_t size() const { return values_.size(); }
   std::span<const BodyPair> pairs() const { return pairs_; }
-  /// Null for a pair that the last update did not have. O(log pairs).
+  /// Null for a pair that was not in the last update. O(log pairs).
   Value* find(const BodyPair& pair) {
     const auto place = std::lower_bound(pairs_.begin(), pairs_.end(), pair, [](const BodyPair& x, const BodyPair& y) {
       return std::pair(x.a.index(), x.b.index()) < std::pair(y.a.index(), y.b.index());
@@ -126,9 +127,9 @@ class PairMap {
   std::vector<Value> values_, values_before_;
 };
 
-/// A value for each contact point of a step's list, carried to the point of the next step that is in its place: of the
-/// points of the same pair that were no farther than `reach` away, as the first body sees them, one with the same
-/// feature before all others, then the nearest; each is taken once. A spring at a point is its use.
+/// A value for each contact point of a step's list, passed to the corresponding point of the next step: among the
+/// points of the same pair at most `reach` away, in the frame of the first body, one with the same feature first, then
+/// the nearest; each is used once. For a spring at each contact, for example.
 template <class Value>
 class ContactMap {
  public:
@@ -137,8 +138,8 @@ class ContactMap {
     if (!(reach > 0)) throw std::invalid_argument("ContactMap: reach is not > 0, allowed: metres, > 0");
   }
 
-  /// As ContactEvents::update; points that nothing is carried to get Value{}, as new pairs of PairMap do. O(contacts)
-  /// times the points of a pair.
+  /// As ContactEvents::update; points without a predecessor get Value{}, like new pairs of PairMap. O(contacts) times
+  /// the points of a pair.
   void update(const Scene& scene, const ContactList& contacts) {
     std::swap(pairs_, pairs_before_);
     std::swap(first_, first_before_);

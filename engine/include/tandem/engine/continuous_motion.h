@@ -9,21 +9,21 @@
 
 namespace tandem {
 
-/// A pair is looked at when its two motions in a step are together longer than this part of the inner radius of the
-/// continuous one (of two the smaller): what moves less cannot pass through anything, as the next step finds it
-/// overlapping. The inner radius is that of a ball inside it: about the centre of mass, or, in a closed mesh, of the
-/// largest one found. Triangles and open meshes have none: a hundredth of their size takes the place of this part of
-/// it.
+/// A pair is examined if the sum of its two motions in a step exceeds this fraction of the inner radius of the
+/// continuous body (of two the smaller): a body that moves less cannot pass through anything, since the next step finds
+/// it overlapping. The inner radius is that of an inscribed ball: about the centre of mass, or, for a closed mesh, the
+/// largest one found. Triangles and open meshes have none: a hundredth of their size replaces this fraction.
 inline constexpr double fast_motion = 0.25;
 
-/// A continuous body was stopped on its way.
+/// A continuous body that was stopped during its motion.
 struct MotionStop {
   double t = 0;    ///< of the step, [0, 1]
   BodyId a, b;     ///< index of a < index of b; at least one is continuous
-  Vec3 point = Vec3::Zero(), normal = Vec3::Zero();  ///< then; as in PairAnswer: midway, unit, from a to b, world
+  /// At that time; as in PairAnswer: midway, unit, from a to b, world.
+  Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
 };
 
-/// Where each body of the scene would be after dt by its velocities alone, static ones included: one an index.
+/// The poses of all bodies after dt by their velocities alone, static ones included: one an index.
 void free_ends(const Scene& scene, std::vector<Pose>& ends);
 
 /// Keeps continuous bodies (BodyOptions::continuous) from passing through others within a step, however fast they are:
@@ -48,20 +48,20 @@ void free_ends(const Scene& scene, std::vector<Pose>& ends);
 /// on any number of threads.
 class ContinuousMotion {
  public:
-  /// `predicate`: pairs that are none, as PipelineOptions::predicate, called with one pair at a time from any thread.
+  /// `predicate`: drops pairs, as PipelineOptions::predicate; called with one pair at a time from any thread.
   explicit ContinuousMotion(PairPredicate predicate = {});
   ~ContinuousMotion();
   ContinuousMotion(ContinuousMotion&&) noexcept;
   ContinuousMotion& operator=(ContinuousMotion&&) noexcept;
 
-  /// `ends`: where each body of the scene, which is as at the start of the step, is to be at its end; one an index.
-  /// Those of continuous bodies are taken back as far as needed. Returns the stops, by (t, a, b); valid until the next
-  /// call. Throws std::invalid_argument that names the body whose end is no valid pose, or a wrong number of ends.
+  /// `ends`: the pose of each body at the end of the step, one an index; the scene is in its state at the start. Those
+  /// of continuous bodies are moved back as far as needed. Returns the stops, sorted by (t, a, b); valid until the next
+  /// call. Throws std::invalid_argument that names the body whose end is no valid pose, or for a wrong number of ends.
   std::span<const MotionStop> limit(const Scene& scene, std::span<Pose> ends);
 
-  /// Adds to a step's contacts, for each pair that was stopped in the last call and is still there without a contact in
-  /// the list, the one at their nearest points, as a gap. So what was stopped is seen by a response whatever margin
-  /// detection has, between meshes, too.
+  /// Adds to a step's contacts, for each pair that was stopped in the last call, still exists and has no contact in the
+  /// list, the contact at their nearest points, with negative depth. So a response handles stopped bodies whatever the
+  /// margin of detection, between meshes, too.
   void add_contacts(const Scene& scene, ContactList& contacts) const;
 
  private:

@@ -10,18 +10,18 @@ namespace tandem {
 
 class Scene;
 
-/// A guess of one's own of what pairs cost. By it costly pairs travel in small batches, and those that may take longer
-/// than a batch alone, before all others; the answer does not depend on it.
+/// A user's estimate of the costs of pairs. Costly pairs travel in small batches, and those that may take longer than a
+/// batch alone, before all others; the answer does not depend on it.
 class CostModel {
  public:
   virtual ~CostModel() = default;
-  /// Before each step, on the thread that runs it. The scene stays as it is until the step ends.
+  /// Called before each step, on the thread that runs it. The scene does not change until the step ends.
   virtual void begin_step(const Scene&) {}
-  /// What the narrow phase of a pair will take. From many threads at once, also for pairs that are not narrowed at
-  /// last; the same answer whenever it is asked within a step.
+  /// The estimated time of the narrow phase of a pair. Called from many threads at once, also for pairs that are not
+  /// narrowed in the end; must return the same whenever it is called within a step.
   virtual std::chrono::nanoseconds guess(Pair pair) const = 0;
-  /// What the narrow phase of some pairs took, of which one or all were guessed to be costly. From many threads at
-  /// once.
+  /// Reports the time of the narrow phase of some pairs, of which one or all were estimated to be costly. Called from
+  /// many threads at once.
   virtual void took(std::span<const Pair>, std::chrono::nanoseconds) {}
 };
 

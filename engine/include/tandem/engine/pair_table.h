@@ -5,9 +5,9 @@
 
 namespace tandem {
 
-/// A bit for each pair of a row and a column: which pairs are to be checked. Of a robot's links with one another (as
-/// many rows as columns; row i, column j with i < j is read), or of its links with a scene's bodies (columns: body
-/// indices; those beyond the last are checked).
+/// A bit for each pair of a row and a column: the pairs that are to be checked. Of a robot's links with one another (as
+/// many rows as columns; only row i, column j with i < j is read), or of its links with a scene's bodies (columns: body
+/// indices; those beyond the last column are checked).
 class PairTable {
  public:
   PairTable() = default;  ///< no rows: no pair
@@ -19,11 +19,11 @@ class PairTable {
 
   std::size_t rows() const { return rows_; }
   std::size_t columns() const { return columns_; }
-  /// `row` < rows(), `column` < columns(), not checked.
+  /// Both within range, which is not checked: `row` < rows(), `column` < columns().
   bool checked(std::size_t row, std::size_t column) const {
     return (bits_[row * words_ + column / 64] >> column % 64 & 1u) != 0;
   }
-  /// As above.
+  /// Sets a pair; ranges as above.
   void set(std::size_t row, std::size_t column, bool checked) {
     std::uint64_t& word = bits_[row * words_ + column / 64];
     const std::uint64_t bit = std::uint64_t{1} << column % 64;

@@ -21,17 +21,17 @@ namespace detail {
 class KeptHandover;
 }
 
-/// What is answered.
+/// Options of the answer.
 struct AnswerOptions {
-  /// What is computed for a pair: yes or no, the distance, or the contacts.
+  /// The request for each pair: a verdict, the distance, or the contacts.
   Request request = Request::contacts;
-  /// Error that is accepted, relative to the bodies' size, [0, 0.1]; 0: to rounding. More may be faster.
+  /// The accepted error, relative to the bodies' size, [0, 0.1]; 0: to rounding. A larger one may be faster.
   double tolerance = 0;
-  /// Metres, finite, >= 0: contacts with gaps up to this are reported, too, with negative depth; of two meshes
-  /// only if mesh_margin is set, and only of those that are apart.
+  /// Metres, finite, >= 0: contacts up to this distance are reported, too, with negative depth; between two meshes only
+  /// if mesh_margin is set, and only if they are separated.
   double margin = 0;
-  /// As NarrowPhaseOptions::mesh_margin. Scenes of meshes then come to rest less deep in each other; measured steps
-  /// took four to sixteen times as long.
+  /// As NarrowPhaseOptions::mesh_margin. Meshes then come to rest less deep in each other; measured steps took four to
+  /// sixteen times as long.
   bool mesh_margin = false;
   /// Answers of the last step may stand for this one's, within this error relative to the smaller body's size, [0,
   /// 0.1]; 0: all are computed. A body rests while no point of it leaves its place by more than a thousandth of that;
@@ -45,73 +45,73 @@ struct AnswerOptions {
   bool contact_hash = false;  ///< fill StepReport::contact_hash (some 10 ns a contact, outside detect_ms)
 };
 
-/// Receives the answers of a batch when they are there, while others are still computed: in any order, from many
-/// threads at once. Every answer that the step computes and reports comes once; one that was kept
-/// (AnswerOptions::keep_contacts) stands in the list alone. A pair's contacts are contacts[first_contact, first_contact
-/// + contact_count). Both are gone when it returns. What it throws ends the step and is thrown by it.
+/// Receives the answers of a batch when they are computed, while others are still being computed: in any order, from
+/// many threads at once. Every answer that the step computes and reports comes once; kept answers
+/// (AnswerOptions::keep_contacts) are only in the list. A pair's contacts are contacts[first_contact, first_contact +
+/// contact_count). Both spans are valid only during the call. An exception ends the step and is thrown by it.
 using AnswerListener = std::function<void(std::span<const PairResult> pairs, std::span<const Contact> contacts)>;
 
-/// What is answered, and how steps are run. The answer depends on `answer` and `predicate` alone.
+/// Options of the answer, and of how steps are run. The answer depends only on `answer` and `predicate`.
 struct PipelineOptions {
   ExecutorKind executor = ExecutorKind::flowgraph;
-  /// In all, the caller counted, [0, 1024]; 0 asks oneTBB. Capped by the process's limit.
+  /// In all, the caller counted, [0, 1024]; 0 asks oneTBB. Limited by the process's limit.
   int threads = 0;
   BroadPhaseKind broad_phase = BroadPhaseKind::automatic;
   AnswerOptions answer{};
   BalanceOptions balance{};
   PairBatchOptions batches{};
   SharingOptions sharing{};
-  /// A user's own filter of pairs, by batches; empty: none. It may turn a pair round: then it is answered, and listed,
-  /// as (a, b) with a > b.
+  /// A user's filter of pairs, by batches; empty: none. It may reverse a pair, which is then answered, and listed, as
+  /// (a, b) with a > b.
   PairPredicate predicate{};
-  AnswerListener on_answers{};  ///< empty: the list at the end is all
-  /// Microseconds, [0, longest_awake]; 0: never. Executor flowgraph: its workers stay awake after a step for at most so
-  /// long, so that short steps gain by a second thread; what it cost is ExecutionReport::awake_ms. What else the
-  /// process runs with oneTBB between two steps, such as a response on several threads, has to do without them
-  /// meanwhile.
+  AnswerListener on_answers{};  ///< empty: answers are only in the list
+  /// Microseconds, [0, longest_awake]; 0: never. For executor flowgraph: its workers stay awake after a step for at
+  /// most so long, so that a second thread speeds up short steps; the cost is ExecutionReport::awake_ms. Other work of
+  /// the process on oneTBB between two steps, such as a response on several threads, has to do without them meanwhile.
   double stay_awake = 0;
 
-  // Parts of one's own. Each factory is called once, by the pipeline's constructor; empty: tandem's own part.
+  // User-defined parts. Each factory is called once, by the pipeline's constructor; empty: tandem's own part.
 
-  /// In place of `broad_phase`. What it puts is looked at: boxes that are not there, and pairs that come twice into the
-  /// answer, end the step with std::invalid_argument. A pair that it leaves out is not missed.
+  /// Replaces `broad_phase`. Its pairs are checked: bodies that do not exist, and pairs that occur twice in the answer,
+  /// end the step with std::invalid_argument. Missing pairs are not detected.
   BroadPhaseFactory own_broad_phase{};
-  /// In place of `executor`. A list that is not in canonical order ends the step with std::invalid_argument.
+  /// Replaces `executor`. A list that is not in canonical order ends the step with std::invalid_argument.
   ExecutorFactory own_executor{};
-  /// What costs much is begun first, by this guess instead of what the pairs of meshes took in the step before.
+  /// Costly pairs are begun first, by this estimate instead of the times of pairs of meshes in the step before.
   CostModelFactory own_costs{};
 };
 
-/// What one step found and did.
+/// The results and measurements of one step.
 struct StepReport {
   std::uint64_t step = 0;  ///< counted from 0 by the pipeline
   std::size_t bodies = 0;
   std::uint64_t colliding_pairs = 0;
-  std::uint64_t contacts = 0;        ///< that touch or overlap
+  std::uint64_t contacts = 0;        ///< contacts that touch or overlap
   std::uint64_t gaps = 0;            ///< contacts of negative depth, within the margin
   std::uint64_t contact_hash = 0;    ///< of pairs and contacts, in order; 0 unless asked for
   double max_depth = 0;              ///< metres, 0 without contacts
-  std::uint64_t kept_pairs = 0;      ///< candidates whose answer was kept, contacts or none; 0 unless asked for
+  std::uint64_t kept_pairs = 0;      ///< candidates whose answer was kept, with or without contacts; 0 unless asked for
   std::uint64_t computed_pairs = 0;  ///< candidates that were computed although keeping was asked for
-  double kept_error_bound = 0;       ///< metres, the largest error_bound of a kept answer that reports contacts
-  BroadPhaseKind broad_phase = BroadPhaseKind::brute;  ///< the one that ran
+  double kept_error_bound = 0;       ///< metres, the largest error_bound of a kept answer with contacts
+  BroadPhaseKind broad_phase = BroadPhaseKind::brute;  ///< the method that ran
   std::string_view broad_phase_reason;
   ExecutionReport execution;
 };
 
-/// Bytes that a pipeline holds between steps; room that its lists have grown by counts.
+/// Memory of a pipeline between steps, in bytes, including unused capacity of its lists.
 struct PipelineMemory {
-  std::size_t bodies = 0;        ///< boxes, and what was last seen of each body
+  std::size_t bodies = 0;        ///< boxes, and the last seen state of each body
   std::size_t broad_phase = 0;   ///< BroadPhase::memory
   std::size_t executor = 0;      ///< Executor::memory
-  std::size_t kept_answers = 0;  ///< of AnswerOptions::keep_contacts
+  std::size_t kept_answers = 0;  ///< for AnswerOptions::keep_contacts
   std::size_t contacts = 0;      ///< the list
 
   std::size_t total() const { return bodies + broad_phase + executor + kept_answers + contacts; }
 };
 
-/// Detects collisions in a scene, step by step. Starts no thread of its own (but for ExecutorKind::threads) and runs
-/// in the calling thread's arena and limits. One step at a time a pipeline; pipelines are independent of each other.
+/// Detects collisions in a scene, step by step. Starts no thread of its own (except with ExecutorKind::threads) and
+/// runs in the calling thread's arena and limits. A pipeline runs one step at a time; pipelines are independent of each
+/// other.
 class Pipeline {
  public:
   /// Throws std::invalid_argument that names the option, its value and what is allowed.
@@ -137,7 +137,7 @@ class Pipeline {
   const PipelineOptions& options() const;
   PipelineMemory memory() const;  ///< not during a step
 
-  /// Slices and counters of the steps that follow, until null; `timeline` must outlive them.
+  /// Records slices and counters of the following steps, until called with null; `timeline` must outlive them.
   void record_to(Timeline* timeline);
 
  private:

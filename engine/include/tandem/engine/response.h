@@ -7,28 +7,30 @@
 
 namespace tandem {
 
-/// What a response needs to know beyond the scene. Defaults suit metre-sized rigid bodies at 60 Hz.
+/// Parameters of a response. Defaults suit metre-sized rigid bodies at 60 Hz.
 struct ResponseOptions {
-  int substeps = 4;                   ///< [1, 64]; more is stiffer
+  int substeps = 4;                   ///< [1, 64]; more makes contacts stiffer
   double friction = 0.5;              ///< Coulomb, >= 0
   double rolling_resistance = 0.05;   ///< torque over normal force and body radius, >= 0; also against twisting
-  double contact_hertz = 30;          ///< stiffness of a contact, > 0; held below a quarter of the sub-step rate
+  double contact_hertz = 30;          ///< stiffness of a contact, > 0; limited to a quarter of the sub-step rate
   double contact_damping_ratio = 10;  ///< > 0
-  double max_push_out = 3;            ///< m/s at which overlap is undone, > 0
+  double max_push_out = 3;            ///< m/s, largest speed at which overlap is removed, > 0
   double max_speed = 500;             ///< m/s, > 0: faster bodies are slowed to this
-  PairPredicate predicate{};  ///< where the pipeline has one, the same: continuous bodies pass through what it drops
+  /// The same as the pipeline's, if it has one: continuous bodies pass through dropped pairs.
+  PairPredicate predicate{};
   int threads = 0;                    ///< in all, the caller counted, [0, 1024]; 0: those of the arena it is called in
 };
 
 struct ResponseReport {
   double kinetic_energy = 0;  ///< J, all moving bodies, after the step
   double max_depth = 0;       ///< metres, as detected
-  std::size_t stops = 0;      ///< of continuous bodies on their way
+  std::size_t stops = 0;      ///< number of stops of continuous bodies
   double ms = 0;              ///< wall
-  double serial_ms = 0;       ///< of it, what is not in loops that threads may share: on one thread the share of Amdahl
+  /// The part of it outside of loops that threads may share: on one thread the serial fraction of Amdahl's law.
+  double serial_ms = 0;
 };
 
-/// How wide gaps detection should report (AnswerOptions::margin) for a response to stop bodies in time, metres: what
+/// The recommended AnswerOptions::margin for a response, metres, so that bodies are stopped in time: the distance that
 /// 6 m/s cover in a step, but at most a tenth of the smallest moving body's size. 0 if nothing moves.
 double recommended_margin(const Scene& scene);
 
@@ -45,9 +47,9 @@ class Response {
   ~Response();
   Response(Response&&) noexcept;
   Response& operator=(Response&&) noexcept;
-  /// Detection must have run on these poses; contacts with negative depth (gaps) are used to stop in time.
-  /// Throws std::invalid_argument if the scene's dt is not > 0 or more than 1000 s, its gravity is not finite, or the
-  /// contacts are of bodies that it does not have.
+  /// Detection must have run on these poses; contacts with negative depth are used to stop bodies in time. Throws
+  /// std::invalid_argument if the scene's dt is not > 0 or more than 1000 s, its gravity is not finite, or the contacts
+  /// are of bodies that it does not have.
   ResponseReport step(Scene& scene, const ContactList& contacts);
 
  private:

@@ -15,38 +15,39 @@
 
 namespace tandem::flow {
 
-/// Starts a step. The scene stays as it is until the step's StepAnswer is there.
+/// The request to start a step. The scene must not change until the step's StepAnswer has arrived.
 struct StepRequest {
-  const Scene* scene = nullptr;  ///< must be there; else the step throws std::invalid_argument
+  const Scene* scene = nullptr;  ///< must not be null; else the step throws std::invalid_argument
   std::stop_token stop{};
-  /// As of Pipeline::step: what is finished then is the answer (StepIssue::incomplete).
+  /// As for Pipeline::step: pairs finished by then are the answer (StepIssue::incomplete).
   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max();
 };
 
-/// Answers of a step that is still running, in no order: messages of several threads overtake each other, and a
+/// Answers of a step that is still running, in no order: messages of several threads may overtake each other, and a
 /// StepAnswer may overtake them.
 struct AnswerBatch {
   std::uint64_t step = 0;  ///< as StepReport::step
   std::shared_ptr<const ContactList> answers;
 };
 
-/// A step's end: all answers in canonical order, and the report.
+/// The end of a step: all answers in canonical order, and the report.
 struct StepAnswer {
   StepReport report;
   std::shared_ptr<const ContactList> list;
-  std::uint64_t batches = 0;  ///< how many AnswerBatch messages the step sent: who counts them knows when all have come
+  /// Number of AnswerBatch messages of the step: by counting them a receiver knows when all have arrived.
+  std::uint64_t batches = 0;
 };
 
-/// Collision detection as a node of a host's oneTBB flow graph: a StepRequest comes in; batches of answers go out at
-/// port 0 while others are still computed, and at port 1 the step's end. One step at a time a node; several nodes of
-/// one graph run at once. The step takes the threads of the graph's arena. What the graph cancels ends early
-/// (StepIssue::ended_early); what is thrown cancels the graph and leaves wait_for_all, as of any node. Programs that
-/// use it link TBB::tbb.
+/// Collision detection as a node of a host's oneTBB flow graph: takes a StepRequest; emits batches of answers at port 0
+/// while others are still being computed, and the step's end at port 1. A node runs one step at a time; several nodes
+/// of one graph run concurrently. The step uses the threads of the graph's arena. A step cancelled by the graph ends
+/// early (StepIssue::ended_early); an exception cancels the graph and leaves wait_for_all, as for any node. Programs
+/// that use it link TBB::tbb.
 class StepNode : public tbb::flow::composite_node<std::tuple<StepRequest>, std::tuple<AnswerBatch, StepAnswer>> {
   using Base = tbb::flow::composite_node<std::tuple<StepRequest>, std::tuple<AnswerBatch, StepAnswer>>;
 
  public:
-  /// Throws what Pipeline's constructor throws. A listener of the host's own is called, too.
+  /// Throws what Pipeline's constructor throws. A listener of the host is called, too.
   StepNode(tbb::flow::graph& graph, PipelineOptions options)
       : Base(graph),
         listener_(std::move(options.on_answers)),
@@ -93,7 +94,7 @@ class StepNode : public tbb::flow::composite_node<std::tuple<StepRequest>, std::
   Pipeline pipeline_;
   Step step_;
   std::atomic<std::uint64_t> batches_{0};
-  std::uint64_t number_ = 0;  // of the step that runs
+  std::uint64_t number_ = 0;  // of the running step
 };
 
 }  // namespace tandem::flow

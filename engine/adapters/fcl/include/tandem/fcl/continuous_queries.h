@@ -7,7 +7,7 @@
 namespace tandem::fcl {
 namespace detail {
 
-/// Two geometries, where they stand at the start (GeometryPair) and at the end.
+/// Two geometries, with their poses at the start (GeometryPair) and at the end.
 template <class S>
 struct MovingPair {
   GeometryPair<S> start;

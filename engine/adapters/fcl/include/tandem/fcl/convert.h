@@ -19,8 +19,8 @@ std::optional<Shape> to_shape(const ::fcl::CollisionGeometry<float>& geometry);
 template <>
 std::optional<Shape> to_shape(const ::fcl::CollisionGeometry<double>& geometry);
 
-/// Makes the same pose, with the rotation nearest to that given. Throws std::invalid_argument where it is none within
-/// 2e-6 (require_valid, tandem/narrowphase/pose.h): FCL takes a matrix that scales, tandem does not.
+/// Makes the same pose, with the rotation nearest to the given one. Throws std::invalid_argument if it is not a
+/// rotation within 2e-6 (require_valid, tandem/narrowphase/pose.h): FCL accepts a matrix that scales, tandem does not.
 template <class S>
 Pose to_pose(const ::fcl::Transform3<S>& transform) {
   const Pose pose{transform.linear().template cast<double>(), transform.translation().template cast<double>()};
@@ -29,12 +29,12 @@ Pose to_pose(const ::fcl::Transform3<S>& transform) {
 }
 
 /// Keeps the shapes of hulls and meshes, which take long to convert, while their geometries live: to be held by the
-/// caller, for one thread. A geometry is known by its address and by a weak pointer that tells whether it still lives.
-/// One that is changed in place (BVHModel::beginReplaceModel) is to be forgotten by the caller.
+/// caller, for one thread. A geometry is identified by its address and a weak pointer that tells whether it still
+/// lives. If it is changed in place (BVHModel::beginReplaceModel), the caller must call forget.
 class ShapeCache {
  public:
-  /// The shape of a geometry, converted if it is not known; nullptr where to_shape gives none. Valid while the
-  /// geometry lives and is not forgotten.
+  /// The shape of a geometry, converted at first use; nullptr if to_shape has none. Valid while the geometry lives and
+  /// is not forgotten.
   template <class S>
   const Shape* shape_of(const std::shared_ptr<const ::fcl::CollisionGeometry<S>>& geometry);
   void forget(const void* geometry) { kept_.erase(geometry); }
@@ -49,7 +49,7 @@ class ShapeCache {
   void drop_the_dead();
 
   std::unordered_map<const void*, Kept> kept_;
-  std::size_t drop_at_ = 64;  // how many are kept when the dead are dropped next
+  std::size_t drop_at_ = 64;  // size at which expired ones are dropped next
 };
 
 template <class S>

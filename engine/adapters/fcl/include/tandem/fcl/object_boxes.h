@@ -7,14 +7,14 @@
 
 namespace tandem::fcl {
 
-/// A box as FCL has it, float or double, without loss. FCL's tests are done on whatever numbers are in it: NaN overlaps
-/// everything, and a box with lo > hi overlaps what both its bounds allow.
+/// A box in FCL's float or double, without loss. FCL's tests are applied to whatever numbers it contains: NaN overlaps
+/// everything, and a box with lo > hi overlaps what both its bounds permit.
 struct ExactBox {
   std::array<double, 3> lo;
   std::array<double, 3> hi;
 };
 
-/// Is given pairs of objects one after the other.
+/// Receives pairs of objects one after the other.
 class ObjectPairVisitor {
  public:
   virtual ~ObjectPairVisitor() = default;
@@ -24,22 +24,22 @@ class ObjectPairVisitor {
 class NearPairVisitor {
  public:
   virtual ~NearPairVisitor() = default;
-  /// Takes two objects; lowers `limit`, the distance from which on none is wanted; false ends the visit.
+  /// Takes two objects; lowers `limit`, the distance from which on pairs are not wanted; false ends the visit.
   virtual bool visit(void* a, void* b, double& limit) = 0;
 };
 
-/// Is given registered objects with the boxes that they have here.
+/// Receives registered objects with their boxes.
 class BoxedObjectVisitor {
  public:
   virtual ~BoxedObjectVisitor() = default;
-  /// Takes an object; lowers `limit`, the distance from which on none is wanted, where distances are asked for; false
-  /// ends the visit.
+  /// Takes an object; for distances lowers `limit`, the distance from which on objects are not wanted; false ends the
+  /// visit.
   virtual bool visit(void* object, const ExactBox& box, double& limit) = 0;
 };
 
-/// What collision_manager.h keeps of the objects registered: a pointer and a box each, in the order of registration but
-/// for places that were given back. What tandem makes of the boxes, all pairs and a hierarchy, is brought up to date by
-/// the first query that needs it, under a lock: const members may run from any number of threads at once.
+/// The registered objects of a collision manager: a pointer and a box each, in the order of registration, with freed
+/// places reused. The data made from the boxes, all pairs and a hierarchy, are updated by the first query that needs
+/// them, under a lock: const members may run from any number of threads at once.
 class ObjectBoxes {
  public:
   ObjectBoxes();
@@ -47,26 +47,26 @@ class ObjectBoxes {
   ObjectBoxes(ObjectBoxes&&) noexcept;
   ObjectBoxes& operator=(ObjectBoxes&&) noexcept;
 
-  /// Registrations: an object registered twice counts twice.
+  /// The number of registrations: an object registered twice counts twice.
   std::size_t size() const;
   void reserve(std::size_t more);
   void add(void* object, const ExactBox& box);
-  /// Takes back the last registration of an object; nothing happens to one that has none.
+  /// Removes the last registration of an object; does nothing if it has none.
   void remove(const void* object);
   void clear();
 
-  /// A place each registration, null where one was taken back.
+  /// A place for each registration, null if it was removed.
   std::span<void* const> objects() const;
-  /// All registrations, to be given the boxes that their objects have now: `changed` is to be set where a box is
-  /// another than before, then take_changes to be called.
+  /// All registrations, to be given their objects' present boxes: set `changed` where a box differs from before, then
+  /// call take_changes.
   struct Places {
-    std::span<void* const> objects;  // null where one was taken back
+    std::span<void* const> objects;  // null if removed
     std::span<ExactBox> boxes;
     std::span<std::uint8_t> changed;
   };
   Places places();
   void take_changes();
-  /// The box that an object has now, for all registrations of an object; nothing happens to one that has none.
+  /// Sets the present box of an object, for all its registrations; does nothing if it has none.
   void set(const void* object, const ExactBox& box);
 
   /// Pairs whose boxes overlap: of a registered object and `asked`, of two registered ones, of one of these and one of
@@ -74,7 +74,7 @@ class ObjectBoxes {
   void visit_overlapping(void* asked, const ExactBox& box, ObjectPairVisitor& visitor) const;
   void visit_overlapping(ObjectPairVisitor& visitor) const;
   void visit_overlapping(const ObjectBoxes& other, ObjectPairVisitor& visitor) const;
-  /// Pairs whose boxes are nearer than `limit`, likewise; of an object's partners, nearer ones about first.
+  /// Pairs whose boxes are nearer than `limit`, likewise; an object's partners roughly by distance.
   void visit_near(void* asked, const ExactBox& box, double limit, NearPairVisitor& visitor) const;
   void visit_near(double limit, NearPairVisitor& visitor) const;
   void visit_near(const ObjectBoxes& other, double limit, NearPairVisitor& visitor) const;

@@ -15,10 +15,10 @@
 
 namespace tandem::fcl {
 
-/// Registered objects beside the cells of an octree, as ::fcl::DynamicAABBTreeCollisionManager shows them to callbacks
-/// where octrees are no geometries: for collisions cells that are not free, and those that the octree says nothing of,
-/// with their occupancy as cost, whose boxes overlap an object's; for distances occupied cells. A cell is a box that
-/// lives for the time of the callback.
+/// Registered objects and the cells of an octree, passed to callbacks as by ::fcl::DynamicAABBTreeCollisionManager
+/// where octrees are not geometries: for collisions the cells that are not free, and those that the octree does not
+/// know, with their occupancy as cost, whose boxes overlap an object's; for distances the occupied cells. A cell is a
+/// box that lives during the callback.
 template <class S>
 class OctreeCells {
  public:
@@ -41,10 +41,10 @@ class OctreeCells {
   }
 
  private:
-  using Node = typename ::fcl::OcTree<S>::OcTreeNode;  // null: the octree says nothing of the cell
+  using Node = typename ::fcl::OcTree<S>::OcTreeNode;  // null: the octree does not know the cell
   using Box = ::fcl::AABB<S>;
 
-  /// A cell as an object, made when it is first needed.
+  /// A cell as an object, made on first use.
   class CellObject {
    public:
     explicit CellObject(const OctreeCells& cells) : cells_(cells) {}
@@ -122,7 +122,7 @@ class OctreeCells {
     double least = std::numeric_limits<double>::infinity();
   };
 
-  /// False: the callback has had enough.
+  /// False: the callback has ended the query.
   bool collide_from(const Node* node, const Box& cell, Met& met) const {
     if (node != nullptr && tree_.isNodeFree(node)) return true;
     if (node == nullptr || !tree_.nodeHasChildren(node)) {
@@ -182,7 +182,7 @@ class OctreeCells {
     return a.overlap(b);
   }
 
-  /// The box around a cell where it stands, larger by more than what FCL's test of turned boxes lets pass.
+  /// The box around a cell in its pose, enlarged by more than FCL's test of rotated boxes tolerates.
   ExactBox box_of(const Box& cell) const {
     ExactBox box;
     if (!is_turned_) {

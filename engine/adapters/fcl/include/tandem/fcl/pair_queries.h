@@ -10,7 +10,7 @@
 namespace tandem::fcl {
 namespace detail {
 
-/// Two geometries where they are, and their shapes: nullptr where tandem has no kind for one.
+/// Two posed geometries, and their shapes: nullptr for one that tandem does not have.
 template <class S>
 struct GeometryPair {
   const ::fcl::CollisionGeometry<S>* o1;
@@ -30,8 +30,8 @@ float distance_pair(const GeometryPair<float>& pair, const ::fcl::DistanceReques
 double distance_pair(const GeometryPair<double>& pair, const ::fcl::DistanceRequest<double>& request,
                      ::fcl::DistanceResult<double>& result);
 
-/// A geometry's shape for the time of a query: the cache's for hulls and meshes, one of its own for all others, which
-/// are made as fast as they would be found.
+/// A geometry's shape during a query: the cache's for hulls and meshes, a temporary one for all others, which are made
+/// as fast as they would be found.
 template <class S>
 class ShapeOf {
  public:
