@@ -88,16 +88,16 @@ struct Command {
 Command add(CLI::App& program, const char* name, const char* text, Bench bench) {
   CLI::App* app = program.add_subcommand(name, text);
   const auto o = std::make_shared<Options>();
-  app->add_option("--json", o->json, "write rows to this FILE");
-  app->add_flag("--quick", o->quick, "a short look");
+  app->add_option("--json", o->json, "write the results to this FILE");
+  app->add_flag("--quick", o->quick, "fewer and shorter runs");
   app->callback([bench, o] { run(bench, *o); });
   return {app, o};
 }
 
 void add_simulation(CLI::App& program, const char* name, const char* text, Bench bench) {
   const auto [app, o] = add(program, name, text, bench);
-  app->add_option("--scene", o->scenes, "built-in scenes, a comma between them");
-  app->add_option("--threads", o->threads, "numbers of threads, a comma between them; default: the cores");
+  app->add_option("--scene", o->scenes, "built-in scenes, comma-separated");
+  app->add_option("--threads", o->threads, "numbers of threads, comma-separated; default: the cores");
   app->add_option("--steps", o->steps, "simulation steps");
   app->add_option("--repeat", o->repeat, "rounds a step");
   app->add_option("--bodies", o->bodies, "bodies of each scene; default: the paper's number");
@@ -106,7 +106,7 @@ void add_simulation(CLI::App& program, const char* name, const char* text, Bench
 void add_narrowphase(CLI::App& program) {
   const auto [app, o] =
       add(program, "narrowphase", "speed against error, beside FCL, libccd and Bullet", narrowphase_bench);
-  app->add_option("--kind", o->kinds, "kinds of pairs, as box-box, a comma between them; default: all");
+  app->add_option("--kind", o->kinds, "kinds of pairs, as box-box, comma-separated; default: all");
   app->add_option("--poses", o->poses, "queries of each kind and class; default: 400");
   app->add_option("--repeat", o->repeat, "samples of each contestant's time; default: 15");
 }
@@ -115,11 +115,10 @@ void add_broadphase(CLI::App& program) {
   const auto [app, o] = add(program, "broadphase",
                             "overlapping boxes, beside FCL, Embree, Bullet and CGAL where installed", broadphase_bench);
   const std::vector<std::string> worlds = broadphase_scenes();
-  app->add_option("--scene", o->scenes,
-                  fmt::format("worlds of boxes, a comma between them: {}", fmt::join(worlds, ", ")));
-  app->add_option("--sizes", o->sizes, "numbers of boxes, a comma between them");
-  app->add_option("--contestant", o->contestants, "who takes part, a comma between them; default: all");
-  app->add_option("--threads", o->threads, "numbers of threads, a comma between them; default: 1,2");
+  app->add_option("--scene", o->scenes, fmt::format("worlds of boxes, comma-separated: {}", fmt::join(worlds, ", ")));
+  app->add_option("--sizes", o->sizes, "numbers of boxes, comma-separated");
+  app->add_option("--contestant", o->contestants, "contestants, comma-separated; default: all");
+  app->add_option("--threads", o->threads, "numbers of threads, comma-separated; default: 1,2");
   app->add_option("--steps", o->steps, "steps after the first");
   app->callback([o = o, worlds] { run(broadphase_bench, *o, worlds); });
 }
@@ -130,8 +129,8 @@ void add_peers(CLI::App& program) {
   const std::vector<std::string> names = peers_scene_names();
   app->add_option(
       "--scene", o->scenes,
-      fmt::format("scenes, a comma between them: {}, or files of 'tandem run --record'", fmt::join(names, ", ")));
-  app->add_option("--threads", o->threads, "tandem's numbers of threads, a comma between them; default: 1,2");
+      fmt::format("scenes, comma-separated: {}, or files of 'tandem run --record'", fmt::join(names, ", ")));
+  app->add_option("--threads", o->threads, "tandem's numbers of threads, comma-separated; default: 1,2");
   app->add_option("--steps", o->steps, "simulation steps; default: 400");
   app->add_option("--bodies", o->bodies, "moving bodies of each scene; default: the paper's number");
   app->callback([o = o, names] {
@@ -144,7 +143,7 @@ void add_peers(CLI::App& program) {
 
 void add_planner(CLI::App& program) {
   const auto [app, o] = add(program, "planner", "robot arms among obstacles, beside FCL and Bullet", planner_bench);
-  app->add_option("--threads", o->threads, "tandem's numbers of threads, a comma between them; default: 1,2");
+  app->add_option("--threads", o->threads, "tandem's numbers of threads, comma-separated; default: 1,2");
   app->add_option("--poses", o->poses, "configurations of each world; default: 96000");
 }
 
@@ -156,7 +155,7 @@ void add_haptics(CLI::App& program) {
 
 void add_vertex_impacts(CLI::App& program) {
   const auto [app, o] =
-      add(program, "vertex-impacts", "first impacts of vertices on straight lines, held against exact ones",
+      add(program, "vertex-impacts", "first impacts of vertices on straight lines, compared with exact ones",
           vertex_impacts_bench);
   app->add_option("--poses", o->poses, "queries of each kind; default: 40000");
 }
@@ -164,23 +163,23 @@ void add_vertex_impacts(CLI::App& program) {
 void add_grains(CLI::App& program) {
   const auto [app, o] =
       add(program, "grains", "a bed of spheres of all sizes, beside a cell list and Bullet", grains_bench);
-  app->add_option("--sizes", o->sizes, "numbers of spheres, a comma between them; default: 20000,100000");
-  app->add_option("--threads", o->threads, "tandem's numbers of threads, a comma between them; default: 1,2");
-  app->add_option("--steps", o->steps, "of the bed's fall before the first that is timed; default: 100");
+  app->add_option("--sizes", o->sizes, "numbers of spheres, comma-separated; default: 20000,100000");
+  app->add_option("--threads", o->threads, "tandem's numbers of threads, comma-separated; default: 1,2");
+  app->add_option("--steps", o->steps, "steps before the first that is timed; default: 100");
   app->add_option("--repeat", o->repeat, "stretches of six timed steps; default: 8");
 }
 
 void add_steps(CLI::App& program) {
   const auto [app, o] = add(program, "steps", "steps with kept contacts: speed against error", steps_bench);
-  app->add_option("--scene", o->scenes, "built-in scenes, a comma between them");
+  app->add_option("--scene", o->scenes, "built-in scenes, comma-separated");
   app->add_option("--steps", o->steps, "simulation steps; default: 400");
   app->add_option("--bodies", o->bodies, "bodies of each scene; default: 400");
 }
 
 void add_short_steps(CLI::App& program) {
-  const auto [app, o] = add(program, "short-steps", "what a second thread brings to short steps", short_steps_bench);
-  app->add_option("--scene", o->scenes, "built-in scenes, a comma between them");
-  app->add_option("--sizes", o->sizes, "numbers of bodies, a comma between them; default: 100,300,1000,3000");
+  const auto [app, o] = add(program, "short-steps", "speedup of short steps by a second thread", short_steps_bench);
+  app->add_option("--scene", o->scenes, "built-in scenes, comma-separated");
+  app->add_option("--sizes", o->sizes, "numbers of bodies, comma-separated; default: 100,300,1000,3000");
   app->add_option("--threads", o->threads, "default: the cores");
   app->add_option("--steps", o->steps, "simulation steps; default: 400");
   app->add_option("--repeat", o->repeat, "rounds a step");
@@ -196,9 +195,8 @@ void add_cloth(CLI::App& program) {
 void add_round_meshes(CLI::App& program) {
   const auto [app, o] = add(program, "round-meshes",
                             "contacts of convex shapes with meshes of 6,000 triangles, beside FCL", round_meshes_bench);
-  app->add_option(
-      "--kind", o->kinds,
-      "convex shapes, as cone, or rows, as 'cone deep', a comma between them, or steps alone; default: all");
+  app->add_option("--kind", o->kinds,
+                  "convex shapes, as cone, or rows, as 'cone deep', comma-separated, or just steps; default: all");
   app->add_option("--poses", o->poses, "poses of each pair of shapes and class; default: 40");
   app->add_option("--bodies", o->bodies, "bodies of the steps; default: 1000");
   app->add_option("--steps", o->steps, "timed steps; default: 20");
@@ -206,33 +204,30 @@ void add_round_meshes(CLI::App& program) {
 
 void add_depths(CLI::App& program) {
   const auto [app, o] = add(program, "depths", "bounds on the depth of solids deep in each other", depths_bench);
-  app->add_option("--kind", o->kinds, "families, a comma between them: bowls, rings, gears, tori, blobs; default: all");
+  app->add_option("--kind", o->kinds, "families, comma-separated: bowls, rings, gears, tori, blobs; default: all");
   app->add_option("--poses", o->poses, "pairs of each family; default: 100");
-  app->add_option("--sizes", o->sizes,
-                  "boxes of translations, a comma between them; default: 200,1000,5000,20000,80000");
+  app->add_option("--sizes", o->sizes, "boxes of translations, comma-separated; default: 200,1000,5000,20000,80000");
 }
 
 void add_building(CLI::App& program) {
-  const auto [app, o] =
-      add(program, "building", "meshes made ready for queries, beside Embree and FCL", building_bench);
-  app->add_option("--sizes", o->sizes, "numbers of triangles, a comma between them; default: 1000 to 5000000");
-  app->add_option("--repeat", o->repeat, "times that each is built; default: 15, of large ones 7 and 3");
+  const auto [app, o] = add(program, "building", "building meshes for queries, beside Embree and FCL", building_bench);
+  app->add_option("--sizes", o->sizes, "numbers of triangles, comma-separated; default: 1000 to 5000000");
+  app->add_option("--repeat", o->repeat, "repetitions of each build; default: 15, for large ones 7 and 3");
 }
 
 void add_big_meshes(CLI::App& program) {
   const auto [app, o] =
       add(program, "big-meshes", "meshes by size, all requests, beside FCL, Embree and CGAL", big_meshes_bench);
-  app->add_option("--sizes", o->sizes, "numbers of triangles, a comma between them; default: 1000 to 5000000");
-  app->add_option("--contestant", o->contestants, "tandem, FCL, Embree, CGAL, a comma between them; default: all");
-  app->add_option("--repeat", o->repeat, "times that each is asked; default: by size, 15 to 1");
+  app->add_option("--sizes", o->sizes, "numbers of triangles, comma-separated; default: 1000 to 5000000");
+  app->add_option("--contestant", o->contestants, "tandem, FCL, Embree, CGAL, comma-separated; default: all");
+  app->add_option("--repeat", o->repeat, "repetitions of each query; default: by size, 15 to 1");
 }
 
 #ifdef TANDEM_HAS_FCL_ADAPTER
 void add_fcl(CLI::App& program) {
   const auto [app, o] = add(program, "fcl", "tandem::fcl's broad-phase manager beside FCL's managers", fcl_bench);
-  app->add_option("--sizes", o->sizes, "numbers of objects, a comma between them; default: 300,3000,30000");
-  app->add_option("--contestant", o->contestants,
-                  "managers, a comma between them: tandem, FCL tree, FCL SaP, FCL naive");
+  app->add_option("--sizes", o->sizes, "numbers of objects, comma-separated; default: 300,3000,30000");
+  app->add_option("--contestant", o->contestants, "managers, comma-separated: tandem, FCL tree, FCL SaP, FCL naive");
   app->add_option("--steps", o->steps, "simulation steps; default: 60");
 }
 #endif
@@ -274,7 +269,7 @@ int run_program(int count, char** arguments) {
   program.require_subcommand(1);
   add_simulation(program, "scenes", "the paper's four scenes by executor", scenes_bench);
   add_simulation(program, "figures", "the paper's Figures 3 to 7, measured and simulated", figures_bench);
-  add_simulation(program, "flowgraph", "what the machinery costs, and every executor on many loads", flowgraph_bench);
+  add_simulation(program, "flowgraph", "overhead of the executors, and every executor on many loads", flowgraph_bench);
   add_narrowphase(program);
   add_broadphase(program);
   add_peers(program);
@@ -293,7 +288,9 @@ int run_program(int count, char** arguments) {
   add_fcl(program);
 #endif
   add_report(program);
-  program.footer("WHAT --help tells its options.\nExit status: 0 done, 1 the work failed, 2 the request was wrong.");
+  program.footer(
+      "tandem-bench WHAT --help lists the options of WHAT.\nExit status: 0 done, 1 the work failed, 2 the request was "
+      "wrong.");
   try {
     const std::string first = count > 1 ? arguments[1] : "";
     const auto commands = program.get_subcommands([](const CLI::App*) { return true; });
@@ -307,7 +304,7 @@ int run_program(int count, char** arguments) {
   } catch (const CLI::Success& asked) {
     program.exit(asked);
   } catch (const CLI::ParseError& error) {
-    refuse_option("command line", error.what(), "what --help tells");
+    refuse_option("command line", error.what(), "see --help");
   }
   return 0;
 }

@@ -185,7 +185,7 @@ int run(const Options& options, DescriptorBuffer& out) {
 }  // namespace
 
 void add_clash_command(CLI::App& program, DescriptorBuffer& out, int& status) {
-  CLI::App* command = program.add_subcommand("clash", "which of these mesh files intersect or are too near each other");
+  CLI::App* command = program.add_subcommand("clash", "find mesh files that intersect or are too near each other");
   const auto options = std::make_shared<Options>();
   command
       ->add_option("FILES", options->files,
@@ -193,13 +193,13 @@ void add_clash_command(CLI::App& program, DescriptorBuffer& out, int& status) {
       ->type_name("");
   command
       ->add_option("--clearance", options->clearance,
-                   "tell pairs that are at most this far apart, too, in the files' unit")
+                   "also report pairs that are at most this far apart, in the files' unit")
       ->type_name("C")
       ->capture_default_str();
-  command->add_flag("--json", options->json, "a JSON object a line instead of the table");
-  command->add_option("--report", options->report, "write a page that shows the places to this FILE")
+  command->add_flag("--json", options->json, "print a JSON object a line instead of the table");
+  command->add_option("--report", options->report, "write an HTML page that shows the clashes to this FILE")
       ->type_name("FILE");
-  command->add_option("--resume", options->resume, "keep answers in this FILE as they come, and go on from those in it")
+  command->add_option("--resume", options->resume, "keep answers in this FILE, and continue from those in it")
       ->type_name("FILE");
   command->add_option("--threads", options->threads, "threads in all, 0 to 1024; 0 asks the runtime")
       ->type_name("P")

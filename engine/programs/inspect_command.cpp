@@ -127,7 +127,7 @@ std::string as_text(const std::string& file, const MeshInspection& found) {
 }  // namespace
 
 void add_inspect_command(CLI::App& program, DescriptorBuffer& out, int& status) {
-  CLI::App* command = program.add_subcommand("inspect", "what is wrong with mesh files, with places");
+  CLI::App* command = program.add_subcommand("inspect", "list the faults of mesh files, with their places");
   const auto options = std::make_shared<Options>();
   command->add_option("FILES", options->files, "mesh files (" + std::string(mesh_extensions) + ")")->type_name("");
   command->add_flag("--json", options->json, "a JSON object a file instead of text");

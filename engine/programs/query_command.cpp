@@ -92,16 +92,17 @@ void add_query_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   CLI::App* command = program.add_subcommand("query", "answer pair records, one JSON object a line");
   const auto options = std::make_shared<Options>();
   command->add_option("FILE", options->file, "pair records; - is stdin")->type_name("");
-  command->add_option("--solver", options->solver, "use this solver wherever it covers the pair")->type_name("NAME");
+  command->add_option("--solver", options->solver, "use this solver for all pairs that it can answer")
+      ->type_name("NAME");
   command->add_flag("--list-solvers", options->list_solvers,
-                    "list the solvers, and which of them answers which two kinds of shapes");
-  command->add_option("--tolerance", options->tolerance, "error accepted, relative to the bodies' size, 0 to 0.1")
+                    "list the solvers, and the one used for each two kinds of shapes");
+  command->add_option("--tolerance", options->tolerance, "accepted error, relative to the bodies' size, 0 to 0.1")
       ->type_name("T")
       ->capture_default_str();
-  command->add_flag("--time", options->time, "add ns per query: the mean over 2 ms of repeats");
+  command->add_flag("--time", options->time, "add the time per query in ns: the mean over 2 ms of repetitions");
   command
       ->add_option("--meshes", options->meshes,
-                   "folder of mesh files; those not in it are looked for beside FILE, then in the working folder")
+                   "folder of mesh files; others are searched beside FILE, then in the working folder")
       ->type_name("DIR");
   command->footer(
       "A bad record is answered with its error and the next one is read.\n"

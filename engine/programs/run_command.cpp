@@ -382,13 +382,12 @@ void add_run_command(CLI::App& program, DescriptorBuffer& out, int& status) {
     add_text(*command, option, type, value, text);
   };
   add("--split", "X-Y", o->split, "threads for broad and narrow phase (threads, flowgraph), or dynamic");
-  add("--balance", "NAME", o->balance, "how a dynamic split is found: paper or busy");
-  add("--stay-awake", "US", o->awake,
-      "flowgraph: workers spin between steps for at most so many microseconds, 0 to 1e5");
-  command->add_flag("--strict", o->strict, "flowgraph, threads: no help across the two phases, as in the paper");
+  add("--balance", "NAME", o->balance, "rule for a dynamic split: paper or busy");
+  add("--stay-awake", "US", o->awake, "flowgraph: microseconds that workers stay awake after a step, 0 to 1e5");
+  command->add_flag("--strict", o->strict, "flowgraph, threads: no thread helps the other phase, as in the paper");
   command->footer(
-      "Bodies collide when the request is contacts; with collide and distance they only fly.\n"
-      "A file gets its name when the run is done.\n"
+      "Bodies respond to contacts only with the request contacts; else they fly through each other.\n"
+      "Output files appear under their names when the run is done.\n"
       "Exit status: 0 done, 1 the work failed, 2 the request was wrong.");
   command->callback([o, &out, &status] { status = run(*o, out); });
 }

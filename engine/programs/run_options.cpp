@@ -23,18 +23,18 @@ void add_run_options(CLI::App& command, RunOptions& o, const RunTexts& texts) {
   };
   add("--steps", "N", o.steps, "simulation steps");
   add("--bodies", "N", o.bodies, "bodies of a built-in scene; default: the paper's number");
-  add("--seed", "N", o.seed, "what a built-in scene's random numbers start from; default 1");
+  add("--seed", "N", o.seed, "seed of a built-in scene's random numbers; default 1");
   add("--executor", "NAME", o.executor, "sequential, barrier, fused, threads or flowgraph");
   add("--threads", "P", o.threads, texts.threads);
   add("--broadphase", "NAME", o.broad_phase, "brute, sweep, grid, bvh or auto");
   add("--request", "NAME", o.request, "collide, distance or contacts; default: the scene's");
-  add("--tolerance", "T", o.tolerance, "error accepted, relative to the bodies' size, 0 to 0.1");
-  add("--margin", "M", o.margin, "report gaps up to this as contacts of negative depth, metres");
+  add("--tolerance", "T", o.tolerance, "accepted error, relative to the bodies' size, 0 to 0.1");
+  add("--margin", "M", o.margin, "report pairs up to this distance as contacts of negative depth, metres");
   command.add_flag("--mesh-margin", o.mesh_margin,
-                   "gaps between two meshes count, too; steps of meshes take several times as long");
+                   "the margin counts between two meshes, too; steps of meshes take several times as long");
   add("--keep-contacts", "T", o.keep,
       "keep answers of pairs that moved less than this, relative to the bodies' size, 0 to 0.1; 0 computes all");
-  add("--json", "FILE", o.json, "write a report a step to this FILE");
+  add("--json", "FILE", o.json, "write a report of each step to this FILE");
   add("--contacts", "FILE", o.contacts, texts.contacts);
   add("--trace", "FILE", o.trace, texts.trace);
   add("--record", "FILE", o.record, texts.record);

@@ -47,12 +47,10 @@ void add_scenes_command(CLI::App& program, DescriptorBuffer& out, int& status) {
   const auto options = std::make_shared<Options>();
   command->add_option("SCENE", options->scene, "a built-in scene, with --write")->type_name("");
   command->add_option("--write", options->write, "write SCENE as a scene file to this FILE")->type_name("FILE");
-  command->add_option("--bodies", options->bodies, "how many bodies SCENE has; 0: the paper's number")
+  command->add_option("--bodies", options->bodies, "number of bodies of SCENE; 0: the paper's")
       ->type_name("N")
       ->capture_default_str();
-  command->add_option("--seed", options->seed, "what SCENE's random numbers start from")
-      ->type_name("N")
-      ->capture_default_str();
+  command->add_option("--seed", options->seed, "seed of SCENE's random numbers")->type_name("N")->capture_default_str();
   command->callback([options, &out, &status] {
     if (options->scene.empty() != options->write.empty())
       refuse_option(options->scene.empty() ? "SCENE" : "--write", "", "both SCENE and --write FILE, or neither");

@@ -268,28 +268,27 @@ int main(int argc, char** argv) {
   Options options;
   std::string list = "Relations:";
   for (const Relation& r : relations::relations()) list += "\n  " + std::string(r.name) + ": " + std::string(r.says);
-  CLI::App app{"Holds answers of the narrow phase against each other.\n" + list};
-  app.add_option("--seed", options.seed, "of the first pair; the next has the next number");
-  app.add_option("--pairs", options.pairs, "how many");
-  app.add_option("--relation", options.only, "only these")->delimiter(',');
+  CLI::App app{"Checks relations between answers of the narrow phase, on random pairs or on records.\n" + list};
+  app.add_option("--seed", options.seed, "seed of the first pair; the next pair has the next number");
+  app.add_option("--pairs", options.pairs, "number of pairs");
+  app.add_option("--relation", options.only, "only these relations, comma-separated")->delimiter(',');
   app.add_option("--a", options.a, "kind of A, else any");
   app.add_option("--b", options.b, "kind of B, else any");
-  app.add_option("--meshes", options.meshes, "folder of .obj and .stl files to draw meshes from, too");
-  app.add_option("--largest-mesh", options.largest_mesh, "of those, triangles");
-  app.add_option("--records", options.records, "judges the pair records of this file instead");
+  app.add_option("--meshes", options.meshes, "folder of .obj and .stl files from which meshes are drawn, too");
+  app.add_option("--largest-mesh", options.largest_mesh, "most triangles of such a mesh");
+  app.add_option("--records", options.records, "judge the pair records of this file instead");
   app.add_option("--show", options.show, "failures printed for a relation and two kinds");
-  app.add_flag("--needles", options.needles,
-               "only slivers and long thin hulls with something 1e3 to 1e8 times smaller");
-  app.add_flag("--rounded", options.rounded, "only shapes with a ball about each point, one of two or both");
+  app.add_flag("--needles", options.needles, "only slivers and long thin hulls with shapes 1e3 to 1e8 times smaller");
+  app.add_flag("--rounded", options.rounded, "only pairs of which one or both have rounding");
   app.add_flag(
       "--unusual", options.unusual,
       "only triangles given twice, hulls of thousands of points, stacks, one in another, thin walls, shapes far "
       "from their own origin, one shape twice, exact touches turned");
-  app.add_option("--threads", options.threads, "0: one a core; results do not depend on it")
+  app.add_option("--threads", options.threads, "number of threads, 0: one for each core; results do not depend on it")
       ->check(CLI::NonNegativeNumber);
-  app.add_flag("--table", options.table, "failures by kinds and relation as a table (Markdown), too");
-  app.add_flag("--list", options.list, "prints the pairs of the seeds as records and judges none");
-  app.add_flag("--raw", options.raw, "prints pairs as they were drawn, not minimal ones");
+  app.add_flag("--table", options.table, "also print failures by kinds and relation as a Markdown table");
+  app.add_flag("--list", options.list, "print the pairs of the seeds as records, and judge none");
+  app.add_flag("--raw", options.raw, "print failing pairs as they were drawn, not minimal ones");
   CLI11_PARSE(app, argc, argv);
   try {
     return options.records.empty() ? run_random(options) : run_records(options);
