@@ -1,68 +1,74 @@
+// Tolerances of the engine, each defined once. Those shared with the narrow phase are in narrowphase/tolerances.h.
+// "Less:" and "More:" say what a smaller and a larger value would cause.
 #pragma once
 
-/// The tolerances of the engine, each defined once. Those shared with the narrow phase are in narrowphase/tolerances.h.
 namespace tandem::tolerance {
 
-/// How far the norm of a quaternion in a file may be from 1: six digits leave 1e-6. Less: files written so are refused.
+/// The largest deviation of the norm of a quaternion in a file from 1: six digits leave 1e-6. Less: quaternions written
+/// with six digits are refused.
 inline constexpr double quaternion_norm = 1e-6;
 
-/// More than rotations, which are orthonormal to 2e-6 only, stretch a body's motion by, relative: the narrow phase's
-/// `askew`, which is private to it. Less: a contact is kept that a fast body has left.
+/// An upper bound on the relative stretch of a body's motion by rotations that are orthonormal only to 2e-6: the narrow
+/// phase's `askew`, which is private to it. Less: a contact is kept that a fast body has left.
 inline constexpr double motion_stretch = 4e-6;
-/// Of a place after a motion, relative to the numbers in it: 18 epsilon. Less: the same, for bodies that hardly move.
+/// The rounding of a position after a motion, relative to the numbers in it: 18 epsilon. Less: a contact is kept that a
+/// slow body has left.
 inline constexpr double motion_rounding = 4e-15;
-/// What a bound grows by when it is rounded to single precision, relative: 8 of its epsilon. Less: the bound is less
-/// than the motion, and the largest motion of a step is told too small.
+/// The relative growth of a bound when it is rounded to single precision: 8 of its epsilon. Less: the bound is below
+/// the motion, and the largest motion of a step is reported too small.
 inline constexpr double bound_of_floats = 1e-6;
 
-/// Bodies whose rotation has a rest: the sine to the axis below which all of a rim is as far out, and one point of it
-/// no answer. Less: the point is noise. More: it is off by as much of the radius.
+/// Bodies whose rotation is not orthonormal: the sine of the angle of a direction to the axis below which all points
+/// of a circular edge are equally far out, and a single one of them is no answer. Less: the point is noise. More: it is
+/// off by as much of the radius.
 inline constexpr double along_axis = 1e-9;
-/// A normal that no longer turns, radians. Less: eight rounds without end. More: depths off by its square.
+/// The turn of a normal, radians, below which the iteration has converged. Less: eight rounds without convergence.
+/// More: depths off by its square.
 inline constexpr double normal_turned = 1e-12;
-/// Upper and lower bound on what they are apart by are one, relative to the size: 45 epsilon.
+/// The difference of the upper and lower bound on a gap that counts as zero, relative to the size: 45 epsilon.
 inline constexpr double bounds_meet = 1e-14;
-/// How near, in radians, the last points of an inner hull lie beside the direction: root of epsilon, for what lies
-/// nearer does not show. Less: more rounds, of points in one place.
+/// The angle, radians, to the direction at which the last points of an inner hull lie: the root of epsilon, because
+/// less makes no difference. Less: more rounds, with coincident points.
 inline constexpr double nearest_beside = 2e-8;
 
-/// How far beside it the first ones lie, radians, a tenth of it each round after: half a degree, so that the bound
-/// between them (the square of it) is near already. Ten times more or less: a round more.
+/// The angle, radians, to the direction of the first points of the inner hull; each round divides it by ten: half a
+/// degree, so that the bound between them (its square) is close already. Ten times more or less: one more round.
 inline constexpr double first_beside = 1e-2;
 
-/// How far a body at rest may be from where its rest began, of what the tolerance allows: a body that hangs in a
-/// contact held constant drifts so far and no farther before it is looked at again. Less: bodies that tremble never
-/// rest. More: contacts held are off by as much.
+/// The distance of a body at rest from where its rest began, as a share of the tolerance: a body that hangs in a
+/// contact held constant drifts so far and no farther before its contacts are recomputed. Less: trembling bodies never
+/// rest. More: kept contacts are off by as much.
 inline constexpr double rest_share = 1e-3;
 
-/// How far a continuous body without a ball inside, such as a sheet, may move in a step without being looked at in
-/// time: of its size, in place of fast_motion of its radius. Less: slow sheets cost a time of impact. More: they pass
-/// through what is as thin.
+/// The motion in a step of a continuous body without an inner ball, such as a sheet, relative to its size, up to which
+/// no time of impact is computed (other bodies: fast_motion of the inner radius). Less: slow sheets cost a time of
+/// impact. More: they pass through thin bodies.
 inline constexpr double fast_surface = 1e-2;
 
-/// How far a link's rotation may be from orthonormal, in single precision, before its pose is looked at more closely:
-/// the narrow phase's `skew_allowed`, which is private to it and decides, is more by 6 epsilon of floats, of which
-/// rounding takes 3. Less: valid poses are looked at twice. More: bad ones pass.
+/// The deviation of a link's rotation from orthonormal, in single precision, above which its pose is tested in double
+/// precision: the narrow phase's `skew_allowed`, which is private to it and decides, is larger by 6 epsilon of floats,
+/// of which rounding takes 3. Less: valid poses are tested twice. More: invalid ones pass.
 inline constexpr double skew_of_links = 1.2e-6;
-/// Of a gap between two boxes that are turned, in single precision, relative to what they reach and are apart by: twice
-/// what rounding (1e-6) and rotations that are off by 2e-6 each make of it. Less: a touch is passed over. More: pairs
-/// are looked at that are apart.
+/// The error of a gap between two rotated boxes, in single precision, relative to their extent and distance: twice the
+/// sum of rounding (1e-6) and of rotations that are off by 2e-6 each. Less: a touch is missed. More: separated pairs
+/// are tested in double precision.
 inline constexpr double gap_of_floats = 2e-5;
-/// A hierarchy of queries is built anew when refits have made the surface of its lowest nodes larger by this factor.
-/// More: queries meet that many more boxes. Less: builds, which cost ten refits, for bodies that come back.
+/// The growth of the lowest nodes' surface by refits from which a hierarchy of queries is rebuilt. More: queries visit
+/// that many more boxes. Less: rebuilds, each as costly as ten refits, for bodies that return.
 inline constexpr double worn_hierarchy = 1.5;
-/// Of two distances that are compared to leave out the farther one, relative: 16 epsilon. Less: of two bodies equally
-/// far the first by index may be left out.
+/// The rounding of two distances that are compared to exclude the farther one, relative: 16 epsilon. Less: of two
+/// equally far bodies the first by index may be excluded.
 inline constexpr double distance_rounding = 4e-15;
-/// What is left of a gap after a motion for the pair to be passed over, relative to the link's reach: five times what
-/// rotations that are off by 2e-6 make of it. Less: such rotations hide a touch. More: more pairs are looked at.
+/// The gap left after a motion from which the pair is skipped, relative to the link's reach: five times the error from
+/// rotations that are off by 2e-6. Less: such rotations hide a touch. More: more pairs are tested.
 inline constexpr double gap_left = 1e-5;
 
-/// kg: bodies beyond stay where they are. Products of two such, and their inverses, are numbers. Ten times less or
-/// more: nothing changes for any body of this world.
+/// The masses, kg, beyond which bodies do not move: products of two such masses, and their inverses, are finite. Ten
+/// times less or more changes nothing for realistic bodies.
 inline constexpr double lightest_mass = 1e-100, heaviest_mass = 1e100;
 
-/// s: the longest time step of a response and of a scene file. Of more, bodies go where no pose may be.
+/// The longest time step of a response and of a scene file, s. With longer ones bodies would leave the range of valid
+/// poses.
 inline constexpr double longest_time_step = 1000;
 
 }  // namespace tandem::tolerance
