@@ -1,3 +1,4 @@
+// The answers of one batch of pairs: validity test, extrapolation and recording.
 #include "pipeline/kept_batch.h"
 
 #include <cmath>
@@ -40,7 +41,7 @@ void KeptContacts::Batch::seek(Pair pair) {
 }
 
 std::size_t KeptContacts::Batch::stand(std::span<const Pair> pairs) {
-  std::uint32_t begin = 0, end = 0;  // of the last step's list: what is to be appended
+  std::uint32_t begin = 0, end = 0;  // range of the last step's list to append
   std::size_t count = 0;
   for (; count < pairs.size(); ++count) {
     const Pair pair = pairs[count];
@@ -49,7 +50,7 @@ std::size_t KeptContacts::Batch::stand(std::span<const Pair> pairs) {
     if (!was_candidate_ || !all_.stands(*entry_, pair)) break;
     Entry& entry = *entry_;
     entry.seen = all_.step_;
-    if (!all_.all_asked_) continue;  // it stays where it lies
+    if (!all_.all_asked_) continue;  // its answer keeps its place
     const auto index = static_cast<std::size_t>(entry_ - all_.entries_.data());
     const std::uint32_t place = all_.results_[index];
     if (place != end) {
@@ -82,14 +83,14 @@ void KeptContacts::Batch::append(std::uint32_t begin, std::uint32_t end) {
 KeptContacts::Batch::Relative KeptContacts::Batch::relative(Pair pair) const {
   const auto shape = all_.scene_->shape_indices();
   const auto poses = all_.scene_->poses();
-  // The smaller body moves less where it is widest.
+  // The body that is smaller at its farthest point moves less.
   const bool a_is_reference = all_.balls_[shape[pair.a]].radius >= all_.balls_[shape[pair.b]].radius;
   const Pose& reference = poses[a_is_reference ? pair.a : pair.b];
   const Pose& mover = poses[a_is_reference ? pair.b : pair.a];
   return {reference.rotation.transpose() * mover.rotation, into(reference, mover.translation), a_is_reference};
 }
 
-// What a pair that follows soon will read.
+// Prefetches the data that the following pairs will read.
 void KeptContacts::Batch::fetch_ahead() const {
   const std::size_t ahead = next_ + 4;
   if (ahead >= all_.entries_.size() || all_.entries_[ahead].detail == none) return;
@@ -114,21 +115,22 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, const std::f
   const double distance = std::abs(kept.signed_distance) - kept.error_bound;
   gap_ = distance - bound;
   moved_by_ = 0;
-  // An answer from before they rested, moved along, would not stand while they do; computed now it may.
+  // An answer that was computed before they rested and moved along would not remain valid while they rest; a recomputed
+  // one may.
   const double rest = all_.rest_bound(pair);
   const bool may_settle = bound > rest && all_.both_rest(pair);
   if (kept.contacts.empty() && !all_.distances_) {
     moved_ = !kept.collide && gap_ > all_.margin_ + (may_settle ? rest : 0);
     return moved_;
   }
-  // The deepest contact of a mesh that overlaps is not continuous in the poses: there is no bound on how far it may be.
+  // The deepest contact of an overlap with a mesh is not continuous in the poses: no bound on its error exists.
   if (kept.collide && kept.status == Status::unproven) return false;
-  // The shift along the normal is taken into account: what is left is of second order, but not known to be less than
-  // both together. Of the angle something is left for what bodies at rest may turn.
+  // The shift along the normal is accounted for: the remaining change is of second order, but not known to be less than
+  // both together. A part of the angle is reserved for the turn of bodies at rest.
   if (!(2 * bound <= ball.allowed && angle <= 0.99 * all_.tolerance_)) return false;
   if (may_settle && !(rest < gap_ && 2 * bound + rest <= ball.allowed)) return false;
   const bool in_doubt = !(bound < distance);
-  // Of two that rest what is computed now will stand.
+  // The answer of two resting bodies is recomputed, because the new one remains valid.
   if (in_doubt && !(collide && !all_.both_rest(pair) && collide() == kept.collide)) return false;
   moved_ = true;
   moved_by_ = 2 * bound;
@@ -161,7 +163,7 @@ void KeptContacts::Batch::keep(const PairResult& result, std::span<const Contact
   if (is_new) {
     detail_ = static_cast<std::uint32_t>(fresh_details_.size());
     fresh_details_.emplace_back();
-    // Else it was of other kinds.
+    // Otherwise the pair was of other kinds.
     if (entry_ != nullptr) adopted_.push_back({static_cast<std::uint32_t>(entry_ - all_.entries_.data()), detail_});
   }
   KeptPair& kept = is_new ? fresh_details_.back() : all_.details_[entry_->detail];

@@ -1,32 +1,32 @@
-// The answers of one batch of pairs, kept or computed.
+// The answers of one batch of pairs: kept, extrapolated or recomputed.
 #pragma once
 #include "pipeline/kept_contacts.h"
 
 namespace tandem {
 
-/// One batch's end, on one thread. After the pairs that `stand` comes one that does not: it is moved along, where that
-/// can be, or computed and kept, and noted.
+/// The processing of one batch by one thread. `stand` accepts pairs whose answers remain valid; the pair after them is
+/// extrapolated where possible (`move_along`), else recomputed (`keep`), and recorded (`note`).
 class KeptContacts::Batch {
  public:
-  /// Answers are appended to the two.
+  /// Answers are appended to `results` and `contacts`.
   Batch(KeptContacts& all, std::vector<PairResult>& results, std::vector<Contact>& contacts)
       : all_(all), results_(results), contacts_(contacts) {}
   Batch(const Batch&) = delete;
   Batch& operator=(const Batch&) = delete;
-  /// Hands over what is new.
+  /// Reports the batch's new data.
   ~Batch();
 
-  /// How many of these pairs, from the first on, have answers that stand; they are appended where all are asked for.
+  /// The number of pairs at the front whose answers remain valid; they are appended if all pairs are processed.
   std::size_t stand(std::span<const Pair> pairs);
-  /// True if the answer of the pair that does not stand is moved along: then `result.answer` is set and the contacts
-  /// are appended.
-  /// `collide`, if not empty, is asked where the verdict is in doubt: whether they touch.
+  /// Extrapolates the answer of the pair after those that stand; if true, `result.answer` is set and the contacts are
+  /// appended. `collide`, if not empty, computes whether the bodies touch; it is called where the bound leaves the
+  /// verdict in doubt.
   void fetch_ahead() const;
   bool move_along(Pair pair, PairResult& result, const std::function<bool()>& collide = {});
-  /// Keeps what was computed, so that it can be moved along.
+  /// Stores a computed answer for extrapolation in later steps.
   void keep(const PairResult& result, std::span<const Contact> contacts);
   void note(const PairResult& result, std::span<const Contact> contacts, bool reported);
-  /// Whether the pair that does not stand touched in the last step.
+  /// Whether the current pair touched in the last step.
   bool touched() const { return was_candidate_ && entry_->collide; }
 
  private:
@@ -42,13 +42,13 @@ class KeptContacts::Batch {
   KeptContacts& all_;
   std::vector<PairResult>& results_;
   std::vector<Contact>& contacts_;
-  std::size_t next_ = 0;        // where the next pair's entry is expected
-  Entry* entry_ = nullptr;      // of the pair asked for, where it has one
-  bool was_candidate_ = false;  // in the step before
+  std::size_t next_ = 0;        // expected place of the next pair's entry
+  Entry* entry_ = nullptr;      // of the current pair, if it has one
+  bool was_candidate_ = false;  // in the last step
   bool moved_ = false;
-  double gap_ = 0, moved_by_ = 0;  // of a pair that was moved along
+  double gap_ = 0, moved_by_ = 0;  // of an extrapolated pair
   Relative at_;
-  std::uint32_t detail_ = none;  // of the pair asked for, where it is new
+  std::uint32_t detail_ = none;  // of the current pair, if it is new
   std::vector<Fresh> fresh_;
   std::vector<KeptPair> fresh_details_;
   std::vector<std::array<std::uint32_t, 2>> adopted_;

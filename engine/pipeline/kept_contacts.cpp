@@ -1,3 +1,4 @@
+// Contact caching over steps: rests of bodies, the list of kept answers, and its update.
 #include "pipeline/kept_contacts.h"
 
 #include <algorithm>
@@ -13,14 +14,14 @@ namespace {
 
 using tolerance::rest_share;
 
-/// The sum of squares of what two matrices differ by.
+/// The sum of squares of the difference of two matrices.
 double squared_distance(const Mat3& now, const Mat3& then) {
   using Eight = Eigen::Map<const Eigen::Array<double, 8, 1>>;  // two at a time
   const double last = now(2, 2) - then(2, 2);
   return (Eight(now.data()) - Eight(then.data())).square().sum() + last * last;
 }
 
-/// Whether a body that was at a place when its rest began has no point farther than `reach` from there.
+/// Whether all points of a body are within `reach` of where they were when its rest began.
 bool rests(const Pose& pose, const Vec3& place, const Mat3& rotation, const KeptContacts::Ball& ball, double reach) {
   const Vec3 moved = pose.translation - place;
   if (reach == 0) return moved.isZero(0) && pose.rotation == rotation;
@@ -73,7 +74,7 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   told_ = {};
   any_moved_.store(false, std::memory_order_relaxed);
   same_bodies_ = known && same_bodies;
-  // Where most pairs change, what stands goes where they go.
+  // Where most pairs change, kept answers are copied with the others.
   all_asked_ = !same_bodies_ || 2 * noted_ > candidates_;
   if (all_asked_)
     find_places();
@@ -84,7 +85,7 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   const auto shapes = scene.shapes();
   const auto same = [](const Shape& x, const Shape& y) { return x.identity() == y.identity(); };
   if (std::equal(shapes.begin(), shapes.end(), shapes_.begin(), shapes_.end(), same)) return !all_asked_;
-  shapes_.clear();  // known again when all are
+  shapes_.clear();  // filled again when all bodies are known
   balls_.clear();
   for (const Shape& shape : shapes) {
     if (!shape.is_bounded()) {
@@ -113,7 +114,7 @@ void KeptContacts::resize(std::size_t bodies) {
 }
 
 void KeptContacts::update_rests(std::size_t first, std::span<std::uint8_t> changed) {
-  // By pointers of its own: a byte that is written might else be part of any of them.
+  // Local pointers: to the compiler, a written byte might alias any member.
   const auto* const shape_of = scene_->shape_indices().data();
   const Pose* const poses = scene_->poses().data();
   const Ball* const balls = balls_.data();
@@ -173,7 +174,7 @@ void KeptContacts::end_step(ContactList& contacts) {
   if (all_asked_) {
     take_fresh();
     take_over();
-    complete_ = listed_pairs_ == contacts.pairs.size();  // else it is not the answer of these pairs
+    complete_ = listed_pairs_ == contacts.pairs.size();  // otherwise the list is not the answer for these pairs
     sums_ = told_;
     return;
   }
@@ -189,7 +190,7 @@ void KeptContacts::end_step(ContactList& contacts) {
   std::swap(last_, contacts);
 }
 
-/// Where an answer that stands is in the last step's list.
+/// The place in the last step's list of each answer that remains valid.
 void KeptContacts::find_places() {
   results_.resize(listed_.size());
   std::uint32_t place = 0;
@@ -202,7 +203,7 @@ void KeptContacts::find_restless() {
     if (entries_[i].candidate && !entries_[i].steady) restless_.push_back(pair_of(keys_[i]));
 }
 
-/// Notes which pairs were candidates where all were asked for.
+/// Records which pairs were candidates, when all were processed.
 void KeptContacts::take_over() {
   candidates_ = listed_pairs_ = 0;
   any_marked_ = restless_known_ = false;
@@ -219,7 +220,7 @@ void KeptContacts::take_over() {
   }
 }
 
-/// That both rest, in the answer at `place` of the last step's list if there is one.
+/// Marks the answer at `place` of the last step's list, if any, as that of two resting bodies.
 void KeptContacts::tell(std::size_t i, Pair pair, std::uint32_t place) {
   Entry& entry = entries_[i];
   entry.told = true;
@@ -229,7 +230,7 @@ void KeptContacts::tell(std::size_t i, Pair pair, std::uint32_t place) {
   largest_[i].error_bound = static_cast<double>(entry.bound) + rest;
 }
 
-/// Of a pair that is no candidate any more, all but where its detail lies.
+/// Clears the entry of a pair that is no longer a candidate, except the index of its detail.
 void KeptContacts::forget(std::size_t i) {
   const std::uint32_t detail = entries_[i].detail;
   entries_[i] = {};
@@ -238,13 +239,13 @@ void KeptContacts::forget(std::size_t i) {
   listed_[i] = 0;
 }
 
-/// How many of the pairs are listed.
+/// The number of listed pairs in the range.
 std::uint32_t KeptContacts::listed_between(std::size_t first, std::size_t last) const {
   const std::uint8_t* const listed = listed_.data();
   constexpr std::size_t row = 8;
   std::uint64_t count = 0;
   for (; first + row <= last; first += row) {
-    std::uint64_t bytes = 0;  // of 0 or 1, summed up by the product's highest
+    std::uint64_t bytes = 0;  // of 0 or 1; the product's highest byte is their sum
     std::memcpy(&bytes, listed + first, row);
     count += bytes * 0x0101010101010101u >> 56;
   }
@@ -252,7 +253,7 @@ std::uint32_t KeptContacts::listed_between(std::size_t first, std::size_t last) 
   return static_cast<std::uint32_t>(count);
 }
 
-/// All candidates of bodies that do not rest: those that were not asked for any more are none now.
+/// Marks all candidates of bodies that do not rest: those not reported in this step are no longer candidates.
 void KeptContacts::mark_pairs_of_moved() {
   if (columns_.empty()) find_columns();
   for (std::size_t body = 0; body < since_.size(); ++body) {
@@ -261,12 +262,12 @@ void KeptContacts::mark_pairs_of_moved() {
     for (std::uint32_t k = columns_[body]; k < columns_[body + 1]; ++k) {
       const std::uint32_t first = firsts_[k];
       if (since_[first] != step_)
-        marked_[place_of({first, static_cast<std::uint32_t>(body)})] = 1;  // else it is already
+        marked_[place_of({first, static_cast<std::uint32_t>(body)})] = 1;  // otherwise it is already marked
     }
   }
 }
 
-/// From `i` on; the end if there is none.
+/// The next marked pair from `i` on; the end if there is none.
 std::size_t KeptContacts::next_marked(std::size_t i) const {
   const std::uint8_t* const marked = marked_.data();
   const std::size_t end = marked_.size();
@@ -280,12 +281,12 @@ std::size_t KeptContacts::next_marked(std::size_t i) const {
   return i;
 }
 
-/// Goes through the pairs that may not be as they were, and finds where the list changes.
+/// Processes the marked pairs, and determines the changes of the list.
 void KeptContacts::update_list([[maybe_unused]] std::size_t answers) {
   splices_.clear();
   restless_.clear();
   any_marked_ = false;
-  std::uint32_t at = 0, from = 0;  // in last_, and among the fresh answers
+  std::uint32_t at = 0, from = 0;  // positions in last_ and among the fresh answers
   const auto change = [&](bool removed, bool added) {
     if (!removed && !added) return;
     if (splices_.empty() || splices_.back().at + splices_.back().removed != at) splices_.push_back({at, 0, from, 0});
@@ -303,7 +304,7 @@ void KeptContacts::update_list([[maybe_unused]] std::size_t answers) {
       listed_[i] = entry.reported ? 1 : 0;
       candidates_ += entry.candidate ? 0 : 1;
       entry.candidate = true;
-      // To be told in the next step that they rest, if they do, or asked for again.
+      // The next step marks the answer as resting, if both rest, or processes the pair again.
       marked_[i] = 1;
       any_marked_ = true;
       if (!entry.steady) restless_.push_back(pair);
@@ -333,7 +334,7 @@ void KeptContacts::update_list([[maybe_unused]] std::size_t answers) {
   assert(from == answers);
 }
 
-/// To the sums over all pairs.
+/// Adds the batches' reports to the sums over all pairs.
 void KeptContacts::add_told() {
   sums_.depth.pairs -= told_.left_top_depth;
   sums_.error_bound.pairs -= told_.left_top_bound;

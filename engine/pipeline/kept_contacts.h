@@ -1,3 +1,5 @@
+// Contact caching over steps: which answers of the last step remain valid, and the data from which others are
+// extrapolated.
 #pragma once
 #include <array>
 #include <atomic>
@@ -15,65 +17,68 @@
 
 namespace tandem {
 
-/// Answers of the last step that may stand for this one's, in two ways.
+/// Keeps answers of the last step that remain valid in this one, in two ways.
 ///
-/// A body rests while no point of it is farther than a thousandth of the tolerance from where it was when its rest
-/// began. Two that have rested since their answer leave it as it is: it stays where it lies in the list, and says how
-/// far they may have moved. Boxes of bodies hold them wherever they may be while they rest, so they are not made anew;
-/// two whose boxes are those of the step before are candidates if they were, so that nobody need ask for them.
+/// Resting pairs. A body rests while none of its points is farther than a thousandth of the tolerance from where it was
+/// when the rest began. The answer of two bodies that have rested since it was computed remains as it is: it keeps its
+/// position in the list, with the motion that the bodies may have made as its error bound. The box of a resting body
+/// contains it wherever it may be while it rests, so it is not recomputed; two bodies with unchanged boxes are
+/// candidates if they were before, so the broad phase need not report them.
 ///
-/// Else an answer is kept that was computed for poses of which no point of one body has moved by more than a bound,
-/// seen from the other: it is moved with one of the two, the reference, and says the bound.
+/// Moved pairs. An answer is also kept if no point of one body has moved by more than a bound relative to the other
+/// since the answer was computed: the contacts move with one of the two bodies, the reference, and the bound is
+/// reported.
 ///
-/// Whether an answer is kept, and how, depends on the poses alone. For convex bodies the signed distance changes by no
-/// more than any point moves (the largest separation over all directions does, and each of them does), so the bound
-/// holds for distance and depth, and an answer is kept only where it leaves the verdict beyond doubt, or who asks can
-/// tell that it is as it was. Contacts of a mesh that it overlaps with are not moved along: its unproven depth, that of
-/// the deepest contact, may jump from one pose to the next. They stand while both rest.
+/// Whether and how an answer is kept depends on the poses alone. For convex bodies the signed distance changes by no
+/// more than any point moves (it is the largest separation over all directions, and each separation changes by no
+/// more), so the bound holds for distance and depth. An answer is kept only if the bound leaves no doubt about the
+/// verdict, or the caller's query confirms it. Contacts of an overlap with a mesh do not move along: their unproven
+/// depth, that of the deepest contact, may jump between poses. They remain only while both bodies rest.
 ///
-/// In a step any number of threads ask for different pairs at once; nothing is locked but where a batch tells what it
-/// found. Nothing is searched where pairs come in order. What did not stand is then put in its place among what did;
-/// where that was most of the pairs, all are asked for in the next step, and what stands is copied to where the others
-/// go.
+/// In a step any number of threads process different pairs at once; only a batch's final report takes a lock. Pairs in
+/// order need no search. Recomputed answers are then merged into the list; if they were most of the pairs, the next
+/// step processes all pairs, and kept answers are copied.
 class KeptContacts {
  public:
-  /// `request` contacts or distance; `tolerance` relative to the smaller body's size, > 0; gaps up to `margin` (metres)
-  /// are contacts.
+  /// `request`: contacts or distance; `tolerance`: relative to the smaller body's size, > 0; `margin`: metres, gaps up
+  /// to this are contacts.
   KeptContacts(Request request, double tolerance, double margin)
       : distances_(request == Request::distance), tolerance_(tolerance), margin_(margin) {}
 
-  /// Takes the last step's answer, and leaves `contacts` to what does not stand. `same_bodies`: no body has come or
-  /// gone since the last step, nor has its part of the filter changed. True if only pairs of which a body does not rest
-  /// and the restless ones need to be asked for; else all candidates must be.
-  /// Throws WorkStopped where the limit ended the building of a mesh's hull.
+  /// Takes the last step's list, and leaves in `contacts` the answers to recompute. `same_bodies`: no body was added or
+  /// removed since the last step, and no filter changed. True if the broad phase need only report pairs of bodies that
+  /// do not rest and `restless` pairs; otherwise it must report all candidates. Throws WorkStopped if the limit ended
+  /// the building of a mesh's hull.
   bool begin_step(const Scene& scene, ContactList& contacts, bool same_bodies, const WorkLimit& limit);
-  /// Notes which of the bodies from `first` on rest, before any pair of theirs is asked for, and clears their bytes;
-  /// others' poses were not written since the last step. From several threads, on different bodies.
+  /// Determines which of the bodies from `first` on rest, before any of their pairs is processed, and clears their
+  /// bytes; the poses of other bodies were not written since the last step. Several threads may call it for different
+  /// bodies.
   void update_rests(std::size_t first, std::span<std::uint8_t> changed);
-  /// Candidates of the last step that are to be asked for even if both bodies rest.
+  /// Candidates of the last step that must be processed even if both bodies rest.
   std::span<const Pair> restless() const { return restless_; }
   bool both_rest(Pair pair) const { return since_[pair.a] != step_ && since_[pair.b] != step_; }
-  /// After a step that was not cut short; without it the next one keeps nothing. `contacts`: answers of the pairs that
-  /// do not stand; of all of them after it.
+  /// Ends a complete step; without this call the next step keeps nothing. `contacts`: on entry the recomputed answers,
+  /// on return all.
   void end_step(ContactList& contacts);
 
-  // For a scene that several have in parts. Between two steps:
-  /// What is known of a body that the last step saw.
+  // For a scene that is distributed over several pipelines. To be called between two steps:
+  /// The kept state of a body that was there in the last step.
   std::optional<KeptRest> rest(const Scene& scene, std::uint32_t body) const;
-  /// The last step's candidates of which `leaves` is true. `contacts`: the last step's answer.
+  /// The last step's candidates for which `leaves` is true. `contacts`: the last step's answer.
   std::vector<KeptRecord> leaving(const ContactList& contacts, const std::function<bool(Pair)>& leaves) const;
-  /// Bodies that have come, of which nothing else is kept any more, and candidates that were another one's in the last
-  /// step, whose answers go into `contacts`.
+  /// Adds bodies that came from another pipeline, without other kept data, and the candidates that another pipeline had
+  /// in the last step, whose answers go into `contacts`.
   void take_in(const Scene& scene, ContactList& contacts, std::span<const KeptBody> bodies,
                std::vector<KeptRecord> pairs);
-  /// Keeps nothing: as before the first step.
+  /// Discards all kept data, as before the first step.
   void begin_anew();
 
-  /// Where the body's rest began (its pose now, if it does not rest), and how far from there any of its points may be.
+  /// The pose at which the body's rest began (its current pose if it does not rest), and the largest distance of its
+  /// points from there.
   Pose anchor(std::size_t body) const { return {anchor_rotations_[body], anchor_places_[body]}; }
   double reach(std::size_t body) const { return reach_[body]; }
 
-  /// Of the last step's candidates.
+  /// Counts over the last step's candidates.
   struct Counts {
     std::uint64_t candidates = 0, computed_pairs = 0, colliding_pairs = 0;
     std::uint64_t touching = 0, gaps = 0;  ///< contacts
@@ -146,13 +151,13 @@ class KeptContacts {
   const Scene* scene_ = nullptr;
   std::uint32_t step_ = 1;
   bool complete_ = true;
-  bool same_bodies_ = false;            // as in the last step
+  bool same_bodies_ = false;            // since the last step
   bool all_asked_ = true;               // in this step
   bool restless_known_ = false;         // restless_ holds the last step's
   std::atomic<bool> any_moved_{false};  // body
 
-  std::vector<Shape> shapes_;  // of the last step's scene: as long as they are held, no other shape has their address
-  std::vector<Ball> balls_;    // one a shape
+  std::vector<Shape> shapes_;  // of the last step's scene: while they are held, no other shape has their address
+  std::vector<Ball> balls_;    // one per shape
   // One a body:
   std::vector<Vec3> anchor_places_;  // where its rest began, see anchor(); apart, as a ball's rotation is not read
   std::vector<Mat3> anchor_rotations_;
@@ -163,23 +168,24 @@ class KeptContacts {
   std::vector<std::uint8_t> arrived_;   // since the last step: nobody has its box yet; or empty
 
   ContactList last_;
-  // One a pair that was a candidate, by (a, b):
+  // One element per pair that was a candidate, sorted by (a, b):
   std::vector<std::uint64_t> keys_;  // a in the high half, b in the low one
   std::vector<Entry> entries_;
   std::vector<std::uint8_t> listed_;  // whether it is in last_
   std::vector<Largest> largest_;
-  std::vector<std::uint8_t> marked_;  // whether it is to be gone through in this step, for it may not be as it was
+  std::vector<std::uint8_t> marked_;  // whether the pair must be processed in this step, as its answer may have changed
 
-  std::vector<std::uint32_t> rows_;     // a body: its first entry as a; and one past the last of all
-  std::vector<std::uint32_t> firsts_;   // the a of each pair, by (b, a)
-  std::vector<std::uint32_t> columns_;  // a body: its first pair as b in firsts_; and one past the last; or empty
+  std::vector<std::uint32_t> rows_;    // per body: its first entry as a; and the end of the last body's
+  std::vector<std::uint32_t> firsts_;  // the a of each pair, sorted by (b, a)
+  // Per body: its first pair as b in firsts_; and the end of the last body's; or empty.
+  std::vector<std::uint32_t> columns_;
   std::vector<KeptPair> details_;
   std::vector<std::uint32_t> free_details_;
   std::vector<Pair> restless_;
-  bool any_marked_ = false;             // in the last step, to be told
-  std::vector<std::uint32_t> results_;  // a pair's place in last_, where all are asked for
+  bool any_marked_ = false;             // in the last step
+  std::vector<std::uint32_t> results_;  // a pair's place in last_, if all pairs are processed
   std::size_t candidates_ = 0, listed_pairs_ = 0;
-  std::size_t noted_ = 0;  // did not stand in the last step
+  std::size_t noted_ = 0;  // pairs processed in the last step
   Sums sums_;
   std::uint64_t computed_ = 0;
 
@@ -187,7 +193,7 @@ class KeptContacts {
   std::vector<Splice> splices_;
   ListSplicer splicer_;
 
-  std::mutex mutex_;  // of what batches tell:
+  std::mutex mutex_;  // guards the batches' reports:
   std::vector<Fresh> fresh_;
   std::vector<KeptPair> fresh_details_;
   std::vector<std::array<std::uint32_t, 2>> adopted_;  // an entry that had none, and its place in fresh_details_

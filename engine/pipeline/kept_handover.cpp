@@ -1,4 +1,4 @@
-// What is kept of bodies and pairs, told and taken in.
+// The transfer of kept data of bodies and pairs between pipelines.
 #include "pipeline/kept_handover.h"
 
 #include <algorithm>
@@ -61,7 +61,7 @@ void KeptContacts::take_in(const Scene& scene, ContactList& contacts, std::span<
   find_rows();
 }
 
-/// Puts them among those of bodies that have not come.
+/// Merges the pairs into those of bodies that were there before.
 void KeptContacts::take_in_pairs(ContactList& contacts, std::span<KeptRecord> pairs) {
   const auto keys = std::exchange(keys_, {});
   const auto entries = std::exchange(entries_, {});

@@ -1,3 +1,4 @@
+// The transfer of kept answers between pipelines that share a scene, as the ranks of tandem::mpi do.
 #pragma once
 #include <cstdint>
 #include <functional>
@@ -10,23 +11,24 @@
 
 namespace tandem {
 
-/// What a pipeline keeps of pairs and bodies, for whoever divides a scene among several pipelines: a pair that another
-/// one detects from now on goes there with all that is kept of it. Between two steps, of pipelines that all have made
-/// the same number of them.
+/// The interface by which a distributor of one scene over several pipelines moves kept data: the data of a pair that
+/// another pipeline detects from now on goes there. Call it between two steps of pipelines that have made the same
+/// number of steps.
 class detail::KeptHandover {
  public:
   /// The pipeline must outlive it.
   explicit KeptHandover(Pipeline& pipeline) : pipeline_(pipeline) {}
 
-  /// False: nothing is kept, and nothing else here is to be called but begin_anew().
+  /// False: nothing is kept, and only begin_anew() may be called.
   bool keeps() const;
-  /// What is known of a body that the last step saw.
+  /// The kept state of a body that was there in the last step.
   std::optional<KeptRest> rest(const Scene& scene, std::uint32_t body) const;
-  /// The last step's candidates of which `leaves` is true.
+  /// The last step's candidates for which `leaves` is true.
   std::vector<KeptRecord> leaving(const std::function<bool(Pair)>& leaves) const;
-  /// Bodies that have come to the scene, or have taken another one's place there, and candidates of the last step.
+  /// Adds bodies that are new in the scene, or have replaced another one at their index, and candidates of the last
+  /// step.
   void take_in(const Scene& scene, std::span<const KeptBody> bodies, std::vector<KeptRecord> pairs);
-  /// The next step computes all.
+  /// The next step recomputes all answers.
   void begin_anew();
 
  private:

@@ -1,4 +1,4 @@
-// The table of pairs that are kept, by (a, b), and where those of a body lie in it.
+// The table of kept pairs, sorted by (a, b), and the index of each body's entries in it.
 #include <algorithm>
 #include <bit>
 #include <utility>
@@ -8,7 +8,7 @@
 namespace tandem {
 namespace {
 
-/// Inserts from(k) before what is at places[k] (ascending), for all k. Nothing before the first place is touched.
+/// Inserts from(k) before places[k] (ascending), for all k, and leaves elements before the first place untouched.
 template <class T, class From>
 void insert(std::span<const std::size_t> places, const From& from, std::vector<T>& values) {
   std::size_t end = values.size();
@@ -20,7 +20,7 @@ void insert(std::span<const std::size_t> places, const From& from, std::vector<T
   }
 }
 
-/// Where the rows of values begin that lie in the order of their rows; and one past the last.
+/// The begins of rows of values that are sorted by row, and the end of the last.
 template <class T, class RowOf>
 void count_rows(std::size_t rows, const RowOf& row_of, const std::vector<T>& values,
                 std::vector<std::uint32_t>& begins) {
@@ -29,7 +29,7 @@ void count_rows(std::size_t rows, const RowOf& row_of, const std::vector<T>& val
   for (std::size_t row = 1; row < begins.size(); ++row) begins[row] += begins[row - 1];
 }
 
-/// The rows' begins once further values, by rows, have come.
+/// The begins of the rows after the insertion of further values, sorted by row.
 template <class T, class RowOf>
 void add_to_rows(const std::vector<T>& values, const RowOf& row_of, std::vector<std::uint32_t>& begins) {
   std::uint32_t before = 0;
@@ -41,7 +41,7 @@ void add_to_rows(const std::vector<T>& values, const RowOf& row_of, std::vector<
 
 }  // namespace
 
-/// Drops pairs that are no candidates, once they are many.
+/// Removes pairs that are no longer candidates, once they are many.
 void KeptContacts::forget_gone() {
   if (keys_.size() <= candidates_ + candidates_ / 4 + 64) return;
   std::size_t end = 0;
@@ -119,17 +119,17 @@ void KeptContacts::find_rows() {
       anchor_places_.size(), [](std::uint64_t key) { return key >> 32; }, keys_, rows_);
 }
 
-/// For each body those before it that it is a pair with.
+/// For each body, its pairs with bodies of smaller index.
 void KeptContacts::find_columns() {
   count_rows(
       anchor_places_.size(), [](std::uint64_t key) { return key & none; }, keys_, columns_);
   firsts_.resize(keys_.size());
   for (const std::uint64_t key : keys_) firsts_[columns_[key & none]++] = static_cast<std::uint32_t>(key >> 32);
-  // Each has gone to the next one's begin, but the first body's: it comes second in no pair.
+  // Each begin has moved to the next body's, except the first body's: it is second in no pair.
   std::shift_right(columns_.begin(), columns_.end(), 1);
 }
 
-/// The fresh pairs' to these.
+/// Adds the fresh pairs to the columns.
 void KeptContacts::add_columns() {
   const auto by_second = [](const Fresh& x, const Fresh& y) { return std::rotl(x.key, 32) < std::rotl(y.key, 32); };
   std::sort(fresh_.begin(), fresh_.end(), by_second);
@@ -145,7 +145,7 @@ void KeptContacts::add_columns() {
       fresh_, [](const Fresh& fresh) { return fresh.key & none; }, columns_);
 }
 
-/// Where the pair is among those known, or would be.
+/// The place of the pair in the table, or where it would be inserted.
 std::size_t KeptContacts::place_of(Pair pair) const {
   const auto row = [&](std::size_t a) { return keys_.begin() + rows_[a]; };
   return static_cast<std::size_t>(std::lower_bound(row(pair.a), row(pair.a + std::size_t{1}), key_of(pair)) -

@@ -1,4 +1,4 @@
-// What is kept of pairs and bodies from one step to the next.
+// The data of bodies and pairs that are kept from one step to the next.
 #pragma once
 #include <algorithm>
 #include <array>
@@ -12,7 +12,7 @@
 
 namespace tandem {
 
-/// A pair's contacts; the first few lie with the pair's own data, where they are read next.
+/// A pair's contacts; the first few are stored within the pair's own data, where they are read next.
 class KeptManifold {
  public:
   void clear() {
@@ -41,61 +41,62 @@ class KeptManifold {
   std::vector<Contact> more_;
 };
 
-/// What was computed for a pair, and for which poses: in the frame of one of the two, the reference.
+/// The computed answer of a pair, in the frame of one of the two bodies, the reference, and the relative pose for which
+/// it was computed.
 struct KeptPair {
-  Mat3 rotation;  ///< of the other, the mover, in the reference's frame
+  Mat3 rotation;  ///< pose of the other body, the mover, in the reference's frame
   Vec3 translation;
   double signed_distance = 0;
   double error_bound = 0;
   Vec3 point_a, point_b, normal;
   bool collide = false;
   Status status = Status::ok;
-  KeptManifold contacts;  ///< none (Request::contacts): the bodies are at least signed_distance apart
+  KeptManifold contacts;  ///< empty (Request::contacts): the bodies are at least signed_distance apart
 };
 
-/// What is known of a pair that was a candidate.
+/// The state of a pair that was a candidate.
 struct KeptEntry {
   static constexpr std::uint32_t none = 0xffffffffu;
-  std::uint32_t seen = 0;       // step in which it was last asked for
-  std::uint32_t as_of = 0;      // step for whose poses the answer is
-  std::uint32_t detail = none;  // its KeptPair's place
-  float bound = 0;              // metres, up to which the answer was moved along
+  std::uint32_t seen = 0;       // step in which it was last reported as a candidate
+  std::uint32_t as_of = 0;      // step whose poses the answer is for
+  std::uint32_t detail = none;  // index of its KeptPair
+  float bound = 0;              // metres: bound on the motion since the answer was computed
   std::uint32_t touching = 0, gaps = 0;
   bool candidate : 1 = false;  // in the last step
   bool reported : 1 = false;
-  bool steady : 1 = false;  // stands while both rest
-  bool told : 1 = false;    // that they rested, in the answer if there is one
+  bool steady : 1 = false;  // remains valid while both rest
+  bool told : 1 = false;    // the answer, if any, is already marked as resting
   bool collide : 1 = false;
   bool inexact : 1 = false;
 };
 
-/// Of a pair; of all in the whole.
+/// The largest values of one pair, or of all pairs.
 struct KeptLargest {
   double depth = 0;
   double error_bound = 0;  // of a kept answer that is reported
 };
 
-/// What of a body's past decides the answers of its pairs.
+/// The state of a body on which the answers of its pairs depend.
 struct KeptRest {
-  Pose anchor;  ///< where its rest began
+  Pose anchor;  ///< the pose at which its rest began
   double reach = 0;
   std::uint32_t steps = 0;  ///< since its rest began
   bool has_shape = false;   ///< still that of the last step
 };
 
-/// A body that has come since the last step, in another one's place perhaps.
+/// A body that was added since the last step, perhaps at the index of a removed one.
 struct KeptBody {
   std::uint32_t index = 0;
-  std::optional<KeptRest> rest;  ///< where it comes from; none: it is new
+  std::optional<KeptRest> rest;  ///< its state in the pipeline from which it comes; none: it is new
 };
 
-/// All that is kept of a candidate of the last step. In `entry` as_of counts the steps that have passed since.
+/// All kept data of a candidate of the last step. In `entry`, as_of counts the steps since then.
 struct KeptRecord {
   Pair pair;
   KeptEntry entry;
   KeptLargest largest;
   std::optional<KeptPair> detail;
-  PairAnswer answer;  ///< where it is reported, with its contacts
+  PairAnswer answer;  ///< if it is reported, with its contacts
   std::vector<Contact> contacts;
 };
 

@@ -1,10 +1,10 @@
-// Sums over the pairs whose answers are kept, held as pairs come, change and leave.
+// Sums over the pairs with kept answers, updated as pairs are added, change and are removed.
 #pragma once
 #include "pipeline/kept_pair.h"
 
 namespace tandem {
 
-/// The largest of the pairs' values, and how many have it, so that one may leave without going through all others.
+/// The largest of the pairs' values and the number of pairs that have it, so that one can be removed without a search.
 struct KeptPeak {
   double value = 0;
   std::int64_t pairs = 0;
@@ -15,11 +15,11 @@ struct KeptPeak {
   }
 };
 
-/// How a batch changes the sums over all candidates.
+/// The change of the sums over all candidates by one batch.
 struct KeptSums {
   std::int64_t computed = 0, noted = 0, colliding = 0, touching = 0, gaps = 0, inexact = 0;
-  KeptPeak depth, error_bound;                          // of those that enter
-  std::int64_t left_top_depth = 0, left_top_bound = 0;  // those that leave and had the largest of all
+  KeptPeak depth, error_bound;                          // of pairs that are added
+  std::int64_t left_top_depth = 0, left_top_bound = 0;  // removed pairs that had the largest value of all
 
   void leave(const KeptEntry& entry, const KeptLargest& its, const KeptSums& of_all);
   void enter(const KeptEntry& entry, const KeptLargest& its);

@@ -1,4 +1,4 @@
-// Links that move from one configuration of a motion to the next: certified free, or a first touch.
+// Continuous check of links that move between configurations: certified free, or a first contact.
 #include <algorithm>
 
 #include "queries/configuration_check.h"
@@ -7,7 +7,7 @@
 namespace tandem {
 namespace {
 
-/// The box of all that lies between two boxes of a shape whose points leave the straight line by so much.
+/// The box of all shapes between two boxes whose points deviate from straight lines by at most `bulge`.
 Aabb between(const Aabb& a, const Aabb& b, double bulge) {
   Aabb box;
   for (std::size_t k = 0; k < 3; ++k) {
@@ -38,13 +38,13 @@ bool ConfigurationCheck::meet_links(const PoseList& poses, std::uint32_t a, std:
   for (std::size_t k = 0; k < stretches; ++k) {
     if (!overlap(work.stretches[a * stretches + k], work.stretches[b * stretches + k])) continue;
     const Motion motion_a{poses[k * n + a], poses[(k + 1) * n + a]}, motion_b{poses[k * n + b], poses[(k + 1) * n + b]};
-    // One of the two has the margin about it.
+    // One of the two shapes is grown by the margin.
     if (narrow_.time_of_impact(setup_->grown[a], motion_a, links_[b], motion_b)) return true;
   }
   return false;
 }
 
-/// No configuration of the motion touches; does what lies between two of them?
+/// Whether the motion between two configurations touches, given that no configuration does.
 bool ConfigurationCheck::hits_in_between(const PoseList& poses, Workspace& work) const {
   const std::size_t n = links_.size(), count = options_.configurations_a_motion, stretches = count - 1;
   work.stretches.resize(n * stretches);

@@ -1,16 +1,16 @@
-// How often a query asks whether its time is over.
+// The frequency at which a query checks its time limit.
 #pragma once
 #include "tandem/narrowphase/shape.h"
 #include "tandem/narrowphase/work_limit.h"
 
 namespace tandem {
 
-/// Checks the limit before the first piece of work and then after some microseconds of it: a pair may take one, a
-/// body that is left out a few dozen nanoseconds. Pairs with meshes check it themselves while they are worked on.
+/// Checks the limit before the first unit of work and then every few microseconds: a pair takes about one, a skipped
+/// body a few dozen nanoseconds. Pairs with meshes check it themselves.
 class LimitWatch {
  public:
   static constexpr unsigned a_candidate = 1, a_pair = 16, between_checks = 64;
-  /// Of a pair whose hulls have many vertices: each may take dozens of microseconds.
+  /// The units of a pair: one whose hulls have many vertices may take dozens of microseconds.
   static unsigned of_pair(const Shape& a, const Shape& b) {
     constexpr std::size_t many = 256;
     return a.vertices().size() + b.vertices().size() < many ? a_pair : between_checks;
@@ -19,7 +19,7 @@ class LimitWatch {
   /// Null: no limit.
   explicit LimitWatch(const WorkLimit* limit = nullptr) : limit_(limit) {}
 
-  /// Before work of so many units; throws WorkStopped once the limit is reached.
+  /// Accounts for the next `units` of work; throws WorkStopped once the limit is reached.
   void spend(unsigned units) {
     if (limit_ == nullptr) return;
     if (units > left_) {

@@ -1,4 +1,4 @@
-// Poses of a batch where they lie.
+// Access to the poses of a batch in place.
 #pragma once
 #include <concepts>
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace tandem {
 
-/// Poses one after the other: as C++ has them, or as homogeneous matrices row by row, as numpy has them.
+/// Consecutive poses in memory: C++ poses, or homogeneous matrices in row-major order, as numpy has them.
 class PoseList {
  public:
   PoseList() = default;
@@ -29,7 +29,7 @@ class PoseList {
   }
 
   std::size_t size() const { return size_; }
-  /// Whether numbers are rows of [rotation | translation] and a fourth row, not columns and the translation.
+  /// Whether the values are rows of [rotation | translation] and a fourth row, not columns and the translation.
   bool are_matrices() const { return matrices_; }
   const double* numbers(std::size_t i) const { return numbers_ + i * stride(); }
   std::size_t stride() const { return matrices_ ? 16 : 12; }
@@ -47,12 +47,12 @@ class PoseList {
     }
     return pose;
   }
-  /// Is the fourth row of a matrix what it must be?
+  /// Whether the fourth row of a matrix is 0, 0, 0, 1.
   bool has_last_row(std::size_t i) const {
     const double* m = numbers(i);
     return !matrices_ || ((m[12] == 0) & (m[13] == 0) & (m[14] == 0) & (m[15] == 1)) != 0;
   }
-  /// Those from `first` on.
+  /// The poses from `first` on.
   PoseList from(std::size_t first) const {
     PoseList list = *this;
     list.numbers_ = numbers(first);

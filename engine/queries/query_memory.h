@@ -1,4 +1,4 @@
-// Memory that a query takes and gives back, kept for the next ones.
+// A memory resource that queries reuse.
 #pragma once
 #include <algorithm>
 #include <bit>
@@ -11,16 +11,16 @@
 
 namespace tandem {
 
-/// One block, taken from the front and free again once all of it has been given back. What does not fit comes from
-/// `new`, and the block is larger next time. For one query at a time.
+/// A block that is allocated from the front and free again once all of it has been returned. Requests that do not fit
+/// come from `new`, and the block is larger next time. For one query at a time.
 class QueryMemory final : public std::pmr::memory_resource {
  public:
-  /// Bytes that contacts of a mesh of so many triangles hardly exceed: a torus half of which is in the ground takes 220
-  /// a triangle. Large ones are rarely as deep.
+  /// A usual size in bytes for contacts of a mesh with so many triangles: a torus half of which is in the ground takes
+  /// 220 per triangle. Large meshes rarely overlap as much.
   static std::size_t usual(std::size_t triangles) { return std::clamp(384 * triangles, least, 16 * least); }
 
-  /// Makes the block, or the larger one that was needed; else the first piece that is taken does. Its pages are written
-  /// to, so that no query waits for them. Nothing may be in use.
+  /// Allocates the block, or the larger one that was needed (otherwise the first allocation does), and writes to its
+  /// pages, so that no query waits for them. Nothing may be in use.
   void reserve(std::size_t bytes) {
     wanted_ = std::max(wanted_, bytes);
     reserve();
@@ -32,7 +32,8 @@ class QueryMemory final : public std::pmr::memory_resource {
 
   void reserve() {
     if (wanted_ <= size_) return;
-    const std::size_t size = std::bit_ceil(std::exchange(wanted_, size_));  // refused, it is not asked for again
+    // If the allocation fails, it is not tried again.
+    const std::size_t size = std::bit_ceil(std::exchange(wanted_, size_));
     block_ = std::make_unique<std::byte[]>(size);
     wanted_ = size_ = size;
   }
@@ -61,7 +62,7 @@ class QueryMemory final : public std::pmr::memory_resource {
   bool do_is_equal(const std::pmr::memory_resource& other) const noexcept override { return this == &other; }
 
   std::unique_ptr<std::byte[]> block_;
-  std::size_t size_ = 0, used_ = 0, pieces_ = 0;  // pieces: of the block that are not given back
+  std::size_t size_ = 0, used_ = 0, pieces_ = 0;  // pieces: allocations in the block
   std::size_t spilled_ = 0, wanted_ = least;
 };
 
