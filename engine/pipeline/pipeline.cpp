@@ -1,3 +1,4 @@
+// The pipeline of a step: boxes, broad phase, batches for the narrow phase, and the list of contacts with its report.
 #include "tandem/engine/pipeline.h"
 
 #include <algorithm>

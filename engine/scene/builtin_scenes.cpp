@@ -1,3 +1,4 @@
+// The built-in scenes: bodies that fall on planes, cones or into bowls, and beds of grains.
 #include "tandem/engine/builtin_scenes.h"
 
 #include <algorithm>
@@ -30,10 +31,10 @@ constexpr std::array<BuiltinScene, 10> table{{
     {"mixed-grains", "spheres, ellipsoids, hulls and boxes with round edges falling into a bed in a box", 20000},
 }};
 
-/// Bodies that are dropped: what they share, and how much room one needs.
+/// A kind of dropped bodies: their common data and size.
 struct Kind {
   ShapeId shape;
-  double radius;  ///< of a ball about the shape's origin that holds it
+  double radius;  ///< of a ball about the shape's origin that contains it
 };
 
 double radius_of(const Mesh& mesh) {
@@ -66,13 +67,13 @@ void add_fixed(Scene& scene, ShapeId shape, const Pose& pose = {}) {
 
 void add_ground(Scene& scene) { add_fixed(scene, scene.add_shape(Shape(HalfSpace{Vec3::UnitZ(), 0}), "ground")); }
 
-/// Places in level layers of a square grid, filled from below, about the z axis. Each is the middle of a ball of
-/// diameter `spacing` that no other ball overlaps. Odd layers lie over the gaps of even ones, so that bodies have
-/// little to fall when they pile up.
+/// Positions in horizontal layers of a square grid about the z axis, filled from below. Each is the centre of a ball of
+/// diameter `spacing` that overlaps no other. Odd layers are shifted over the gaps of even ones, so that bodies pile up
+/// after a short fall.
 struct Layers {
   double spacing;
-  std::size_t layers;  ///< as many as this, then wider
-  double bottom;       ///< height of the lowest balls' lowest point
+  std::size_t layers;  ///< up to so many; more bodies make the layers wider
+  double bottom;       ///< height of the lowest point of the lowest balls
 
   std::size_t side(std::size_t bodies) const {
     auto side = static_cast<std::size_t>(std::sqrt(static_cast<double>(bodies) / static_cast<double>(layers)));
@@ -98,14 +99,14 @@ BodyOptions tumbled(const Kind& kind, const Vec3& place, double spacing, Random&
   return body;
 }
 
-/// Distance of places in diameters of the largest body: what is more than 1 is room for jitter.
+/// The spacing of positions in diameters of the largest body; the part above 1 leaves room for jitter.
 double spacing_for(std::initializer_list<Kind> kinds, double loose = 1.04) {
   double radius = 0;
   for (const Kind& kind : kinds) radius = std::max(radius, kind.radius);
   return loose * 2 * radius;
 }
 
-/// Height of the middle of a ball that lies in the bowl at that distance from the axis.
+/// The height of the centre of a ball that lies in the bowl at that distance from the axis.
 double ball_height(const BowlSize& bowl, double radius, double distance) {
   const double reach = bowl.sphere_radius - radius;
   return bowl.sphere_radius - std::sqrt(std::max(0.0, reach * reach - distance * distance));
@@ -119,7 +120,7 @@ Scene screws_in_bowl(std::size_t bodies, Random& random) {
       add_mesh(scene, make_bolt({.thread = outer, .head_radius = 0.65, .head_height = 0.45, .segments = 12}), "bolt");
   const Kind nut = add_mesh(scene, make_nut({.thread = inner, .corner_radius = 0.78, .segments = 12}), "nut");
 
-  // Level layers would leave those over the middle far to fall: each column starts at the bowl's surface instead.
+  // In horizontal layers those over the middle would fall far: each column starts at the bowl's surface instead.
   const Layers layers{.spacing = spacing_for({bolt, nut}), .layers = 2, .bottom = 0.02};
   const double half_side = layers.spacing * static_cast<double>(layers.side(bodies)) / 2;
   const double rim = half_side * std::numbers::sqrt2 + 2 * layers.spacing;
@@ -129,7 +130,8 @@ Scene screws_in_bowl(std::size_t bodies, Random& random) {
   add_fixed(scene, scene.add_shape(Shape(make_bowl(bowl)), "bowl"));
   for (std::size_t k = 0; k < bodies; ++k) {
     Vec3 place = layers.place(k, bodies);
-    // The lowest balls rest on the surface; those over them keep their distance from the highest of their four.
+    // The lowest balls rest on the surface; balls above them keep their distance from the highest of their four
+    // supports.
     const double above = layers.layer(k, bodies) > 0 ? layers.spacing * std::numbers::sqrt2 / 2 : 0;
     place.z() += ball_height(bowl, layers.spacing / 2, std::hypot(place.x(), place.y()) + above) - layers.spacing / 2 +
                  bowl_sagitta(bowl);
@@ -169,7 +171,7 @@ Scene dropped_on_plane(Kind (*add_kind)(Scene&), double loose, std::size_t bodie
 }
 
 Scene cubes_on_plane(std::size_t bodies, Random& random) { return dropped_on_plane(add_cube, 1.04, bodies, random); }
-// Spheres need more jitter, or they balance on each other.
+// Spheres need more jitter; otherwise they balance on each other.
 Scene spheres_on_plane(std::size_t bodies, Random& random) { return dropped_on_plane(add_sphere, 1.2, bodies, random); }
 Scene tori_on_plane(std::size_t bodies, Random& random) { return dropped_on_plane(add_torus, 1.04, bodies, random); }
 
@@ -190,7 +192,7 @@ Scene falling_apart(std::size_t bodies, Random& random) {
   const Layers layers{.spacing = 1.2 * spacing_for({cube, sphere}), .layers = cells_across, .bottom = 0};
   for (std::size_t k = 0; k < bodies; ++k) {
     BodyOptions body = tumbled(k % 2 == 0 ? cube : sphere, layers.place(k, bodies), layers.spacing, random);
-    // All fall at one speed, so turning is all they do beside it, within the balls they have to themselves.
+    // All fall at the same speed, so their relative motion is rotation alone, within their own balls.
     for (int axis = 0; axis < 3; ++axis) body.angular_velocity[axis] = random.uniform(-2, 2);
     scene.add_body(body);
   }
@@ -202,7 +204,7 @@ Scene complex_in_contact(std::size_t bodies, Random& random) {
   add_ground(scene);
   const double ring = 0.6, tube = 0.25;
   const Kind torus = add_mesh(scene, make_torus(ring, tube, 96, 48), "fine torus");
-  // A thousandth of overlap on each side: rounding does not decide what touches.
+  // An overlap of a thousandth on each side: rounding does not decide the contacts.
   const double across = 0.999 * 2 * (ring + tube), up = 0.999 * 2 * tube;
   const Layers stacks{.spacing = across, .layers = 1, .bottom = 0};
   const std::size_t height = 2, count = (bodies + height - 1) / height;
@@ -218,11 +220,11 @@ Scene complex_in_contact(std::size_t bodies, Random& random) {
   return scene;
 }
 
-/// The largest grain's radius, metres; half as large are the smallest.
+/// The largest grain's radius, metres; the smallest is half of it.
 constexpr double grain_radius = 0.6;
 
-/// Layers over the floor of a box, whose walls are half-spaces. So few that the highest bodies do not fall by more than
-/// a quarter of the smallest one's diameter a step.
+/// Layers above the floor of a box with half-spaces as walls. There are so few that the highest bodies do not fall by
+/// more than a quarter of the smallest diameter in a step.
 Layers add_box(Scene& scene, std::size_t bodies) {
   const Layers layers{.spacing = 1.04 * 2 * grain_radius, .layers = 12, .bottom = 0.05};
   add_ground(scene);
@@ -253,7 +255,7 @@ Kind add_hull(Scene& scene, double radius, Random& random) {
   return {scene.add_shape(Shape(hull), "hull"), radius};
 }
 
-/// Sizes of each kind of grain as sieves would have them, in turn: sphere, ellipsoid, hull, box with round edges.
+/// The sizes of each kind of grain, from a sieve curve, in turn: sphere, ellipsoid, hull, box with round edges.
 std::vector<Kind> add_mixed_kinds(Scene& scene, Random& random) {
   std::vector<Kind> kinds;
   const auto part = [&random](double whole) { return whole * random.uniform(0.6, 1); };

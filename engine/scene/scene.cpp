@@ -1,3 +1,4 @@
+// The scene: bodies and shapes by id, validation of all changes, and the versions that pipelines and queries compare.
 #include "tandem/engine/scene.h"
 
 #include <oneapi/tbb/parallel_for.h>
@@ -33,8 +34,8 @@ void require_finite(const Vec3& v, const std::string& what, std::string_view fie
   if (!v.allFinite()) refuse(what, field, written(v), "finite numbers");
 }
 
-/// Room that lists of this size get when they are full: a quarter more, where a vector would take twice as much and a
-/// third of it be empty in the mean.
+/// The capacity of full lists of this size: a quarter more, where a vector would double it and leave a third of it
+/// empty on average.
 std::size_t grown(std::size_t size) { return size + size / 4 + 8; }
 
 std::string body_name(std::uint32_t index) { return "body " + std::to_string(index); }
@@ -198,7 +199,7 @@ std::uint32_t Scene::checked(BodyId id) const {
   return index;
 }
 
-/// More of it than its pose: as if another body came in its place.
+/// Records a change of more than the pose: as if another body came in its place.
 void Scene::changed(std::uint32_t index) {
   ++versions_[index];
   ++comings_and_goings_;
@@ -211,7 +212,7 @@ void Scene::remove_body(BodyId id) {
   continuous_count_ -= continuous_[index];
   changed(index);
   --count_;
-  // A slot whose generations are used up is given away: an old id must never come true again.
+  // A slot whose generations are used up is abandoned: an old id must never become valid again.
   if (++generation_[index] != 0) free_.push_back(index);
 }
 
@@ -231,7 +232,7 @@ void Scene::set_poses(std::span<const BodyId> ids, std::span<const Pose> poses) 
       if (!is_valid(poses[i])) require_valid(poses[i], body_name(index));
     }
   });
-  // In turn: of a body that is named twice the last pose counts.
+  // In order: the last pose of a repeated body counts.
   for (std::size_t i = 0; i < ids.size(); ++i) {
     poses_[ids[i].index()] = orthonormalized(poses[i]);
     ++versions_[ids[i].index()];

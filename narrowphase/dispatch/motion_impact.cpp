@@ -22,9 +22,9 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t usual_items = 128;  // that wait; more take memory
+constexpr std::size_t usual_items = 128;  // the usual number of waiting items; more allocate memory
 
-/// Two bodies on their paths.
+/// Two bodies on their screw paths.
 class ScrewSweep {
  public:
   ScrewSweep(const SweptBody& a, const ScrewPath& path_a, double rounding_a, const SweptBody& b,
@@ -45,7 +45,7 @@ class ScrewSweep {
     coriolis_ = 2 * turn * (length_of({a.mid, a.half}, path_a) + length_of({b.mid, b.half}, path_b));
   }
 
-  /// The time of the first touch, and the triangles; `never` if there is none.
+  /// The time of the first contact, and the triangles; `never` if there is none.
   FirstTouch first() {
     FirstTouch best;
     best.t = never;
@@ -81,15 +81,15 @@ class ScrewSweep {
   }
 
  private:
-  using Box = std::pair<Vec3, Vec3>;  // middle and half sizes, in the body's frame
+  using Box = std::pair<Vec3, Vec3>;  // centre and half sizes, in the body's frame
 
-  /// Between surfaces.
+  /// The gap between two surfaces.
   struct Gap {
     double length;
     Vec3 normal;  // unit, world, from A to B
   };
 
-  /// How far points of the box go at most, and how fast, as the motion takes unit time.
+  /// The longest path and the highest speed of points of the box, for a motion of unit time.
   static double length_of(const Box& box, const ScrewPath& path) {
     return path.length(box.first.norm() + box.second.norm());
   }
@@ -98,14 +98,15 @@ class ScrewSweep {
     return body.view.kind == ShapeKind::halfspace || body.view.kind == ShapeKind::plane;
   }
 
-  /// Another body's box as `own` sees it.
+  /// The box of another body in the frame of `own`.
   static Box seen_from(const Pose& own, const Pose& other, const Box& box) {
     const Mat3 back = own.rotation.transpose();
     return {back * (other * box.first - own.translation), (back * other.rotation).cwiseAbs() * box.second};
   }
 
-  /// How fast the gap along the normal may shrink at time t. A half-space does not turn in its own frame, in which the
-  /// other body passes it: what counts is how its points go where the other's are, not how those far out do.
+  /// The highest rate at which the gap along the normal may shrink at time t. A half-space does not turn in its own
+  /// frame, in which the other body passes it: the speed of its points near the other body counts, not that of far
+  /// ones.
   double approach(const Vec3& normal, const Pose& at_a, const Pose& at_b, double t, const Box& box_a, const Box& box_b,
                   bool planes) const {
     const Box a = planes && is_plane(a_) ? seen_from(at_a, at_b, box_b) : box_a,
@@ -114,19 +115,20 @@ class ScrewSweep {
            path_b_.speed_along(-normal, at_b, t, b.first, b.second);
   }
 
-  /// A half-space's or plane's normal, which is its own, turns with it; another gap's direction stays.
+  /// A half-space's or plane's normal turns with it; the direction of another gap does not change.
   Vec3 carried(const Vec3& normal, double from, double to) const {
     if (!is_plane(a_) && !is_plane(b_)) return normal;
     const ScrewPath& path = is_plane(a_) ? path_a_ : path_b_;
     return path.at(to).rotation * (path.at(from).rotation.transpose() * normal);
   }
 
-  /// How far one advances that creeps along a gap, where the points' fastest speed says little: `least`, or longer, up
-  /// to `most`. Let the direction of the gap turn evenly into that of the gap v at the end of an advance of length dt.
-  /// Two points then come no nearer along it than a parabola through both ends: apart in between, where
-  /// bend * dt^2 / 2 <= (gap^(1/2) + v^(1/2))^2. Along a direction n that turns at the rate w, their distance has the
-  /// second derivative (b'' - a'') . n + 2 (b' - a') . n' - w^2 (b - a) . n, of which the last only parts
-  /// them. On a plane's other side the direction has turned by half a circle, which none so fast can.
+  /// The length of an advance that creeps along a gap, where the points' highest speed is too coarse a bound: `least`,
+  /// or longer, up to `most`. Let the direction of the gap turn evenly into that of the gap v at the end of an advance
+  /// of length dt. Two points then come no nearer along it than a parabola through both ends: they are apart in
+  /// between, if bend * dt^2 / 2 <= (gap^(1/2) + v^(1/2))^2. Along a direction n that turns at the rate w, their
+  /// distance has the second derivative (b'' - a'') . n + 2 (b' - a') . n' - w^2 (b - a) . n, whose last term only
+  /// separates them. On the other side of a plane the direction would have turned by half a circle, which is excluded
+  /// at this rate.
   template <class Distance>
   double glide(double t, const Gap& now, double acceleration, double speed, double least, double most,
                Distance&& distance) const {
@@ -141,20 +143,20 @@ class ScrewSweep {
     return least;
   }
 
-  /// Advances from `from`, at most `most` times, while the gap that `distance` tells at a time is no touch: no time
-  /// that is passed over has one. Returns `never` beyond `until`. `planes`: gaps to a half-space are to its plane.
-  /// `work`: units of one advance.
+  /// Advances from `from`, at most `most` times, while `distance` reports a gap that is no touch: no skipped time has a
+  /// contact. Returns `never` beyond `until`. `planes`: gaps to a half-space are measured to its plane. `work`: units
+  /// of one advance.
   template <class Distance>
   double advance(const Box& box_a, const Box& box_b, double from, double until, int most, bool planes, int work,
                  Distance&& distance) {
-    constexpr int few_advances = 64;  // then it creeps
+    constexpr int few_advances = 64;  // afterwards it creeps
     double t = from, stride = until - from;
     for (int i = 0; i < most; ++i) {
       meter_.spend(work);
       const Pose at_a = path_a_.at(t), at_b = path_b_.at(t);
       const Gap gap = distance(at_a, at_b);
       if (gap.length <= gap_of_touch_) return t;
-      // Along the normal the two approach each other by at most speed * dt + acceleration * dt^2 / 2.
+      // The two approach each other along the normal by at most speed * dt + acceleration * dt^2 / 2.
       const double speed = approach(gap.normal, at_a, at_b, t, box_a, box_b, planes);
       const double acceleration = path_a_.acceleration(box_a.first, box_a.second) +
                                   path_b_.acceleration(box_b.first, box_b.second) + (planes ? coriolis_ : 0);
@@ -194,7 +196,7 @@ class ScrewSweep {
     return touch;
   }
 
-  /// A time before which the boxes of two places do not touch: a few advances, as children will tell more.
+  /// A time before which the boxes of two nodes do not touch: a few advances only, as the children give better bounds.
   double boxes_meet(std::uint32_t x, std::uint32_t y, double from, double until) {
     if (!a_.mesh && !b_.mesh) return from;
     constexpr int most_advances = 4, work_of_boxes = 8;
@@ -214,11 +216,11 @@ class ScrewSweep {
   const SweptBody &a_, &b_;
   const ScrewPath &path_a_, &path_b_;
   const double rounding_a_, rounding_b_, gap_of_touch_;
-  double box_slack_;  // numbers in hierarchies and places are rounded
-  double coriolis_;   // acceleration of what passes a half-space that turns, in its frame: at most
+  double box_slack_;  // rounding of coordinates in hierarchies
+  double coriolis_;   // upper bound on the acceleration of a point in the frame of a rotating half-space
 };
 
-/// Of an unbounded shape's points only those can be touched that the other one reaches: within this of its origin.
+/// The largest distance from an unbounded shape's origin of points that the other shape can reach.
 double farthest(const SweptBody& other, const ScrewPath& path, const ScrewPath& own) {
   const double reach = other.mid.norm() + other.half.norm();
   return (path.at(0).translation - own.at(0).translation).norm() + path.length(0) + own.length(0) + reach;

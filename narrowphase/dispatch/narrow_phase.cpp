@@ -1,3 +1,4 @@
+// The entry point of the narrow phase: choice of the solver by kinds and request, verdict, cut-off and limit.
 #include "tandem/narrowphase/narrow_phase.h"
 
 #include <algorithm>
@@ -29,13 +30,13 @@ namespace {
 
 bool triangular(const Shape& s) { return s.kind() == ShapeKind::triangle || s.kind() == ShapeKind::mesh; }
 
-/// How far a half-space or plane reaches along its normal, or against it.
+/// The extent of a half-space or plane along its normal, or against it.
 double extent_along(const Shape& s, bool along) {
   if (along) return s.offset() + s.rounding();
   return s.kind() == ShapeKind::plane ? s.rounding() - s.offset() : std::numeric_limits<double>::infinity();
 }
 
-/// Two half-spaces or planes miss each other only where their normals are alike or opposite.
+/// Two half-spaces or planes are disjoint only if their normals are equal or opposite.
 bool unbounded_collide(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   const Vec3 na = pose_a.rotation * a.normal(), nb = pose_b.rotation * b.normal();
   const bool alike = na == nb;
@@ -51,7 +52,7 @@ std::string refusal(const Shape& a, const Shape& b, Request request) {
          " is not defined, no finite translation separates them unless their normals are opposite";
 }
 
-/// Do the centres alone answer the request? No manifold is left to be found.
+/// Whether the centres alone answer the request, without a manifold to compute.
 bool answered_by_centres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                          double margin, PairAnswer& answer) {
   const bool contacts = request == Request::contacts;
@@ -67,7 +68,7 @@ bool answered_by_centres(const Shape& a, const Pose& pose_a, const Shape& b, con
   return answer.collide;
 }
 
-/// Are they apart along the direction that the last answer left?
+/// Whether they are separated along the direction of the last answer.
 bool still_apart(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const WarmStart& warm) {
   const double length = warm.direction.norm();
   if (!(length > 0)) return false;
@@ -81,7 +82,7 @@ std::optional<std::span<const Vec3, 3>> corners(const Shape& s) {
   return std::span<const Vec3, 3>(hull_of(s).vertices);
 }
 
-/// Do they meet, by the test that the pair of kinds has? Empty where it has none, and where rounding could decide.
+/// The verdict by the quick test for the two kinds; empty if there is none, and if rounding could decide.
 std::optional<bool> collide_by_test(CollideTest test, const Shape& a, const Pose& pose_a, const Shape& b,
                                     const Pose& pose_b, const NarrowPhaseOptions& options) {
   switch (test) {

@@ -17,18 +17,18 @@
 
 namespace tandem {
 
-/// A touch is told whatever the cut-off of distances is.
+/// Options without a cut-off of distances, because it does not apply to impacts.
 inline NarrowPhaseOptions without_cutoff(NarrowPhaseOptions options) {
   options.cutoff = std::numeric_limits<double>::infinity();
   return options;
 }
 
-/// Units of work of a distance between two on their way: of large hulls more.
+/// The units of work of a distance between two moving shapes: more for large hulls.
 inline int work_of_advance(const ConvexView& p, const ConvexView& q) {
   return 8 + static_cast<int>(std::min<std::size_t>(56, (p.vertices.size() + q.vertices.size()) / 64));
 }
 
-/// The time of a touch that there is none of.
+/// The time of impact of shapes that do not touch.
 inline constexpr double never = std::numeric_limits<double>::infinity();
 
 struct SweptBody {

@@ -1,3 +1,5 @@
+// Time of impact of two bodies on straight lines: conservative advancement, on meshes best first over their
+// hierarchies.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,9 +16,9 @@
 namespace tandem {
 namespace {
 
-// Advances are lengths along the unit vector that B moves along as A sees it: they do not depend on how fast it goes.
+// Advances are lengths along B's unit direction of motion relative to A: they do not depend on the speed.
 
-// With the axes of its pose.
+// A body with the axes of its pose.
 struct Body : SweptBody {
   Mat3 rotation;
   Body(const Shape& shape, const Pose& pose, const WorkLimit* limit)
@@ -25,7 +27,7 @@ struct Body : SweptBody {
 
 class Sweep {
  public:
-  /// `radius`: both shapes' rounding.
+  /// `radius`: the sum of both shapes' rounding.
   Sweep(const Body& a, const Body& b, const Vec3& between, const Vec3& along, double longest, double radius,
         const WorkLimit* limit)
       : meter_(limit),
@@ -42,11 +44,11 @@ class Sweep {
     const auto reach = [](const Body& s) { return (s.mid.cwiseAbs() + s.half).maxCoeff(); };
     const auto skew = [](const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); };
     coordinates_ = reach(a) + reach(b) + between.norm();
-    // Rotations need not be quite orthonormal, and coordinates are rounded.
+    // Rotations may not be quite orthonormal, and coordinates are rounded.
     slack_ = radius + (tolerance::place_rounding + 4 * (skew(a.rotation) + skew(b.rotation))) * coordinates_;
   }
 
-  // The advance until the first touch; `never` if there is none within the longest.
+  // The advance until the first contact; `never` if there is none within the longest.
   double first() {
     double best = never;
     std::priority_queue<Item> queue;
@@ -96,7 +98,7 @@ class Sweep {
       if (!(closing > 0)) return never;
       const double next = advance + gap / closing;
       if (!(next <= until)) {
-        // The last bits of the end belong to it: what is that near there touches.
+        // The last part of the motion counts as its end: shapes that are that near there touch.
         if (until < longest_ || !(next <= longest_ * (1 + tolerance::end_of_motion))) return never;
         if (advance == until) return until;
         advance = until;
@@ -139,13 +141,13 @@ class Sweep {
   const double longest_, radius_;
   const Mat3 map_;  // from B's frame into A's
   Vec3 shift_, in_a_, in_b_;
-  double coordinates_;  // the largest that are computed with, about
+  double coordinates_;  // the magnitude of the largest coordinates in the computation
   double slack_;
 };
 
 struct ClosingGap {
   double gap;
-  double closing;  ///< for each metre that B moves along `along`
+  double closing;  ///< per metre that B moves along `along`
 };
 
 /// Of a mesh with triangles on both sides of a plane those count that move towards it.
@@ -191,7 +193,7 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
   double longest = std::min(2 * length * (most * tmax), 1e290);
 
   if (!a.is_bounded() || !b.is_bounded()) {
-    // The gap to a half-space or plane shrinks evenly.
+    // The gap to a half-space or plane shrinks at a constant rate.
     const auto [gap, closing] = gap_to_unbounded(a, pose_a, b, pose_b, along, without_cutoff(options_));
     if (gap <= 0) return 0.0;
     if (!(closing > 0)) return std::nullopt;

@@ -1,10 +1,11 @@
+// The instruction set that kernels use.
 #include "lanes/cpu_dispatch.h"
 
 namespace tandem {
 namespace {
 
-// As long as nothing is chosen, the first entry of a kernel's table chooses: what stands here until Highway was asked,
-// and whom constructors of other files' variables find.
+// Until an instruction set is chosen, the first entry of a kernel's table chooses it: this is the value until Highway
+// was queried, also for constructors of other files' variables.
 constinit const hwy::ChosenTarget unchosen{};
 
 }  // namespace

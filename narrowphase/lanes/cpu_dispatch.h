@@ -1,15 +1,16 @@
+// The choice of a kernel's build by instruction set.
 #pragma once
 #include <hwy/highway.h>
 
 namespace tandem {
 
-/// Which instruction set kernels are taken for, as Highway knows it: its own macro asks for it by a call into a library
-/// each time, which costs as much as a small kernel's arithmetic.
+/// The instruction set chosen for kernels, as Highway knows it: Highway's own macro calls a library function each time,
+/// which costs as much as the arithmetic of a small kernel.
 extern const hwy::ChosenTarget* chosen_target;
 
 }  // namespace tandem
 
-/// HWY_DYNAMIC_DISPATCH without that call. Where kernels are built for one instruction set there is no choice.
+/// HWY_DYNAMIC_DISPATCH without that call. Kernels that are built for one instruction set have no choice.
 #if HWY_IDE || ((HWY_TARGETS & (HWY_TARGETS - 1)) == 0)
 #define TANDEM_DISPATCH(kernel) HWY_STATIC_DISPATCH(kernel)
 #else

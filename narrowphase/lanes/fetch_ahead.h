@@ -1,11 +1,12 @@
+// Prefetching of memory.
 #pragma once
 #include <cstddef>
 #include <span>
 
 namespace tandem {
 
-/// Asks for memory that will be read soon: misses of arrays that lie apart then are waited for together. It and who
-/// does nothing but call it must be inlined: gcc drops calls of functions that change nothing.
+/// Prefetches memory that will be read soon, so that cache misses of separate arrays overlap. This function, and
+/// functions that only call it, must be inlined: gcc drops calls of functions that change nothing.
 template <class T>
 [[gnu::always_inline]] inline void fetch_ahead(std::span<T> items) {
   constexpr std::size_t line = 64;

@@ -1,5 +1,5 @@
-// Four floats side by side, in what every processor of an architecture has: for loops whose data come one triangle or
-// box at a time, where no wider vectors help. Arithmetic lane by lane, never fused: the same bits everywhere.
+// Four floats as a vector, with the baseline instructions of an architecture: for loops that process one triangle or
+// box at a time, where wider vectors do not help. Arithmetic is per lane and never fused: the same bits everywhere.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -27,7 +27,7 @@ inline FourFloats min_of(FourFloats a, FourFloats b) { return a < b ? a : b; }
 inline FourFloats max_of(FourFloats a, FourFloats b) { return a > b ? a : b; }
 #endif
 inline FourFloats absolute(FourFloats v) { return max_of(v, -v); }
-/// Rounded towards 0; the lanes must fit.
+/// Truncates towards 0; the values must fit.
 inline std::array<std::int32_t, 4> to_integers(FourFloats v) {
   using FourIntegers = std::int32_t __attribute__((vector_size(16)));
   const FourIntegers whole = __builtin_convertvector(v, FourIntegers);

@@ -1,4 +1,4 @@
-// Vectors of the space, one number a lane each. Included by kernels once a target, within its namespace: no guard.
+// Vectors in space with one number per lane. Included by kernels once per target, within its namespace: no guard.
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
@@ -17,7 +17,7 @@ template <std::size_t rows, std::size_t columns>
 HWY_INLINE void load(const double (&from)[rows][columns], std::size_t at, V* out) {
   for (std::size_t k = 0; k < rows; ++k) out[k] = hn::Load(D(), from[k] + at);
 }
-/// 0 where a column is not valid.
+/// 0 in invalid columns.
 template <std::size_t rows, std::size_t columns>
 HWY_INLINE void load(const double (&from)[rows][columns], std::size_t at, M valid, V* out) {
   for (std::size_t k = 0; k < rows; ++k) out[k] = hn::MaskedLoad(valid, D(), from[k] + at);
@@ -27,7 +27,7 @@ HWY_INLINE void store(const V* from, std::size_t at, double (&to)[3][columns]) {
   for (std::size_t k = 0; k < 3; ++k) hn::Store(from[k], D(), to[k] + at);
 }
 
-// Two numbers each of every second lane's; of the first lane's alone where there are no more than two.
+// Loads two numbers of every second lane's; of the first lane's alone where there are no more than two.
 HWY_INLINE V load_twos(const double* const* from, std::size_t offset) {
 #if HWY_MAX_BYTES <= 16
   return hn::LoadU(D(), from[0] + offset);
@@ -42,7 +42,8 @@ HWY_INLINE V load_twos(const double* const* from, std::size_t offset) {
 #endif
 }
 
-/// Numbers one after the other, of each lane its own, become vectors of one number each; `first` is asked by lane.
+/// Loads consecutive numbers, for each lane from its own address, into one vector per number; `first` gives a lane's
+/// address.
 template <std::size_t numbers, typename First>
 HWY_INLINE void load_transposed(First first, V (&out)[numbers]) {
   static_assert(numbers % 2 == 0);
@@ -59,7 +60,7 @@ HWY_INLINE void load_transposed(First first, V (&out)[numbers]) {
 #endif
 }
 
-/// Four numbers of each pair side by side, pair after pair.
+/// Stores four numbers of each pair side by side, pair after pair.
 template <std::size_t most>
 HWY_INLINE void store_in_turn(V x0, V x1, V x2, V x3, std::size_t at, double (&to)[most][4]) {
   hn::StoreInterleaved4(x0, x1, x2, x3, D(), to[at]);
@@ -67,8 +68,8 @@ HWY_INLINE void store_in_turn(V x0, V x1, V x2, V x3, std::size_t at, double (&t
 /// The bits of whole numbers.
 HWY_INLINE V whole_bits(V x) { return hn::BitCast(D(), hn::ConvertTo(hn::RebindToSigned<D>(), x)); }
 
-// Sums in the order in which Eigen's scalar code makes them of products of vectors and matrices of three, the last two
-// products first: the same bits. Never fused.
+// Sums of three products in the order of Eigen's scalar code for vectors and matrices, the last two products first: the
+// same bits. Never fused.
 HWY_INLINE V sum_of_products(V p0, V q0, V p1, V q1, V p2, V q2) {
   return hn::Add(hn::Mul(p0, q0), hn::Add(hn::Mul(p1, q1), hn::Mul(p2, q2)));
 }
@@ -84,7 +85,7 @@ HWY_INLINE void place(const V* pose, const V* v, V* out) {
   for (int k = 0; k < 3; ++k) out[k] = hn::Add(out[k], pose[9 + k]);
 }
 
-/// One of three axes a lane; what belongs to it, to the next one or to the last.
+/// One of three axes per lane, and selection of the value for it, for the next or for the last axis.
 struct Choice {
   M first, second;
   explicit HWY_INLINE Choice(V index) : first(hn::Eq(index, number(0))), second(hn::Eq(index, number(1))) {}
@@ -92,7 +93,7 @@ struct Choice {
   HWY_INLINE V own(const V* x) const { return of(x[0], x[1], x[2]); }
   HWY_INLINE V next(const V* x) const { return of(x[1], x[2], x[0]); }
   HWY_INLINE V last(const V* x) const { return of(x[2], x[0], x[1]); }
-  // Of a matrix' columns.
+  // The column of the lane's axis of a matrix given by columns.
   HWY_INLINE void own_column(const V* m, V* out) const {
     for (int k = 0; k < 3; ++k) out[k] = of(m[k], m[3 + k], m[6 + k]);
   }

@@ -1,5 +1,5 @@
-// Included before Highway's foreach_target.h by kernels that run no faster with vectors of 512 bits, once a target: no
-// guard. What comes after such vectors runs slower for a while (docs/notes/narrowphase.md has figures), so only those
-// use them that gain more than that.
+// Limits kernels to vectors of 256 bits where 512 bits gain nothing. Included once per target before Highway's
+// foreach_target.h: no guard. Code after vectors of 512 bits runs slower for a while (figures in
+// docs/notes/narrowphase.md), so only kernels that gain more than that use them.
 #undef HWY_DISABLED_TARGETS
-#define HWY_DISABLED_TARGETS ((HWY_AVX2 - 1) | TANDEM_DISABLED_TARGETS)  // all that are wider, as their bits are lower
+#define HWY_DISABLED_TARGETS ((HWY_AVX2 - 1) | TANDEM_DISABLED_TARGETS)  // all wider targets, whose bits are lower
