@@ -22,7 +22,7 @@
 namespace tandem {
 namespace {
 
-/// Converts to what `make` returns: a container that is given one builds the element where it is to lie, uncopied.
+/// Converts to the result of `make`: a container constructs the element in place, without a copy.
 template <class Make>
 struct InPlace {
   Make make;
@@ -31,7 +31,7 @@ struct InPlace {
 template <class Make>
 InPlace(Make) -> InPlace<Make>;
 
-/// Refuses what cannot be by the names that a pipeline's user writes.
+/// Validates the options; messages use the names that a user of the pipeline writes.
 PipelineOptions checked(PipelineOptions options) {
   const AnswerOptions& answer = options.answer;
   try {
@@ -67,14 +67,14 @@ std::unique_ptr<Executor> executor_of(const PipelineOptions& options) {
                                .batches = options.batches,
                                .sharing = options.sharing,
                                .stay_awake = options.stay_awake};
-  std::unique_ptr<Executor> made = make_executor(wanted);  // refuses what cannot be
+  std::unique_ptr<Executor> made = make_executor(wanted);  // refuses invalid options
   if (!options.own_executor) return made;
   made = options.own_executor(wanted);
   if (made == nullptr) throw std::invalid_argument("own_executor: made none, allowed: an executor");
   return made;
 }
 
-/// A step of a scene as stages of blocks: boxes, the broad phase's stages, and the dispatcher for each pair.
+/// The work of a step as stages of blocks: boxes, the broad phase's stages, and the narrow phase for each pair.
 class SceneWork final : public StepWork {
  public:
   explicit SceneWork(const PipelineOptions& options)
@@ -94,17 +94,17 @@ class SceneWork final : public StepWork {
       }
   }
 
-  /// `contacts` is the last step's answer.
+  /// `contacts`: the last step's answer.
   void read_scene(const Scene& scene, ContactList& contacts, const std::stop_token& stop,
                   std::chrono::steady_clock::time_point deadline) {
     scene_ = &scene;
     limit_.stop = stop;
-    limit_.ended = {};  // the last step's; the executor gives this one's
+    limit_.ended = {};  // the last step's; the executor sets that of this step
     limit_.deadline = deadline;
     incomplete_.store(false, std::memory_order_relaxed);
     abandoned_.store(false, std::memory_order_relaxed);
     filter_ = {scene.groups(), scene.masks(), scene.is_static()};
-    // What the last whole step has seen of the same scene is still so where the scene tells of no change.
+    // Data that the last complete step read from the same scene is still valid where the scene records no change.
     const SceneChanges::HistoryName history(scene);
     const std::uint64_t comings_and_goings = SceneChanges::comings_and_goings(scene);
     const bool same = scene_read_ && history == history_ && boxes_.size() == scene.indices();
@@ -132,7 +132,7 @@ class SceneWork final : public StepWork {
     if (together_) spheres_.resize(scene.indices());
     found_.clear();
   }
-  /// Not to be called after a step that ended early.
+  /// Must not be called after a step that ended early.
   void finish(ContactList& contacts, StepReport& report) {
     if (options_.own_broad_phase || options_.own_executor) require_canonical(contacts);
     if (incomplete_.load(std::memory_order_relaxed)) return finish_incomplete(contacts, report);
@@ -144,7 +144,7 @@ class SceneWork final : public StepWork {
     report.max_depth = found_.max_depth.load(std::memory_order_relaxed);
   }
 
-  /// Whether only changes need be asked for.
+  /// Whether the broad phase need only report changes.
   bool begin_kept(ContactList& contacts) {
     try {
       return kept_->begin_step(*scene_, contacts, changes_known_ && !options_.predicate, limit_);
@@ -155,14 +155,14 @@ class SceneWork final : public StepWork {
   }
 
   KeptContacts* kept() { return kept_.get(); }
-  /// Nothing that earlier steps saw counts any more.
+  /// Discards what earlier steps recorded.
   void begin_anew() {
     scene_read_ = false;
     if (kept_) kept_->begin_anew();
   }
 
   const BroadPhase& broad_phase() const { return *broad_phase_; }
-  /// Without the executor's and the list.
+  /// Without the executor and the list.
   PipelineMemory memory() const {
     const auto bytes = [](const auto&... list) { return (std::size_t{0} + ... + (list.capacity() * sizeof(list[0]))); };
     PipelineMemory memory;
@@ -249,7 +249,7 @@ class SceneWork final : public StepWork {
       const Pair pair = pairs[i];
       if (screens_ && i % screened == 0) screen(pairs.subspan(i), apart);
       if (apart[i % screened] != 0) continue;
-      // Pairs go by their first body; where the second one is, nothing foresees but this.
+      // Pairs are sorted by their first body; only this prefetch makes the second one's data predictable.
       if (constexpr std::size_t ahead = 3; i + ahead < pairs.size()) {
         const char* pose = reinterpret_cast<const char*>(&scene_->poses()[pairs[i + ahead].b]);
         __builtin_prefetch(pose);
@@ -260,10 +260,10 @@ class SceneWork final : public StepWork {
       PairResult* result;
       if (may_move) {
         result = &batch.results.emplace_back(PairResult{pair.a, pair.b, first, 0, {}});
-        // Whether two meshes touch takes a tenth of what their contacts take.
+        // The verdict of two meshes takes a tenth of the time of their contacts.
         const auto collide = [&] { return solve(pair, Request::collide, nullptr).collide; };
         if (!(are_meshes(pair) ? kept->move_along(pair, *result, collide) : kept->move_along(pair, *result))) {
-          // Who touched will touch again; a gap would be of use only where it does not.
+          // A pair that touched will probably touch again; a lower bound on the gap helps only if it does not.
           result->answer =
               solve(pair, options_.answer.request, &batch.contacts, kept->touched() ? without_gaps_ : narrow_phase_);
           kept->keep(*result, std::span(batch.contacts).subspan(first));
@@ -280,7 +280,7 @@ class SceneWork final : public StepWork {
     if (!kept) found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
   }
 
-  /// By the user's guess: so costly that a few of them are a batch, or one alone.
+  /// By the user's cost model: pairs so costly that a few of them, or one, fill a batch.
   HeavyPairs heavy_by_guess(std::span<Pair> pairs, std::chrono::nanoseconds batch) const {
     constexpr int few = 8;
     const auto costs = [this](std::chrono::nanoseconds most) {
@@ -291,7 +291,7 @@ class SceneWork final : public StepWork {
     return {static_cast<std::size_t>(heavy - pairs.begin()), static_cast<std::size_t>(rest - pairs.begin())};
   }
 
-  /// What a part of the user's own may have done wrong. Before anybody goes by the list's order.
+  /// Validates the list of a user-defined executor, before anything relies on its order.
   void require_canonical(ContactList& contacts) const {
     const auto is_outside = [&](const PairResult& pair) {
       return pair.a >= boxes_.size() || pair.b >= boxes_.size() ||
@@ -322,13 +322,13 @@ class SceneWork final : public StepWork {
     return limit_.deadline != Clock::time_point::max() && Clock::now() >= limit_.deadline;
   }
 
-  /// A block of a stage before the last was not run: nor are those after it, for they count on it.
+  /// A block of a stage before the last was not run: later stages depend on it and are skipped, too.
   void abandon() {
     abandoned_.store(true, std::memory_order_relaxed);
     incomplete_.store(true, std::memory_order_relaxed);
   }
 
-  /// Past the deadline pairs are told as they are: not finished.
+  /// Past the deadline, pairs are reported as not finished.
   void leave_unfinished(Batch& batch) const {
     PairAnswer unfinished;
     unfinished.status = Status::stopped;
@@ -339,7 +339,7 @@ class SceneWork final : public StepWork {
     if (batch.count != 0) incomplete_.store(true, std::memory_order_relaxed);
   }
 
-  /// Of a step whose deadline passed. What the next one could learn from it may be missing.
+  /// The report of a step whose deadline passed: counts alone, without data for the next step's decisions.
   static void finish_incomplete(const ContactList& contacts, StepReport& report) {
     report.execution.issues |= bit(StepIssue::incomplete);
     for (const PairResult& pair : contacts.pairs) report.colliding_pairs += pair.answer.collide ? 1 : 0;
@@ -375,7 +375,7 @@ class SceneWork final : public StepWork {
     narrow_phase_.mark_apart(std::span(posed).first(count), std::span(apart).first(count));
   }
 
-  /// Counts the last result and the contacts that came after it; is it worth telling?
+  /// Counts the last result and the contacts that follow it; returns whether it is reported.
   bool complete_last(Batch& batch, std::uint64_t& colliding_pairs) const {
     PairResult& result = batch.results.back();
     result.contact_count = static_cast<std::uint32_t>(batch.contacts.size()) - result.first_contact;
@@ -386,7 +386,7 @@ class SceneWork final : public StepWork {
     return result.answer.collide || result.contact_count != 0 || stopped;
   }
 
-  /// Appends answers that are worth telling to a batch's.
+  /// Appends answers to a batch if they are reported.
   class Told final : public AnswerSink {
    public:
     Told(const SceneWork& work, Batch& batch, const Pair* pairs) : work_(work), batch_(batch), pairs_(pairs) {}
@@ -410,7 +410,7 @@ class SceneWork final : public StepWork {
     std::uint64_t colliding_pairs_ = 0;
   };
 
-  /// Contacts, all computed.
+  /// Contacts of several pairs at a time, all computed.
   void narrow_together(Batch& batch) const {
     constexpr std::size_t most = 128;
     const std::size_t first_contact = batch.contacts.size();
@@ -422,8 +422,8 @@ class SceneWork final : public StepWork {
       const bool all_spheres = place_spheres(pairs, spheres);
       std::size_t done = 0;
       if (all_spheres) done = append_spheres(pairs, std::span(spheres).first(pairs.size()), batch, colliding_pairs);
-      // After pairs that were solved together the next one is a pair that rounding decides, for itself. Where none were
-      // (no kernel for this processor, or the first pair is such a one), all at once.
+      // After pairs that were solved together the next one is a pair that rounding decides, solved alone. If none were
+      // (no kernel for this processor, or the first pair is such a one), all remaining pairs are solved one by one.
       const std::size_t next = done > 0 ? std::min(done + 1, pairs.size()) : pairs.size();
       if (done != next) {
         const auto others = pairs.subspan(done, next - done);
@@ -438,11 +438,11 @@ class SceneWork final : public StepWork {
     found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
   }
 
-  /// Answers pairs of spheres from the first on, as many as are solved together; returns how many.
+  /// Answers the leading pairs of spheres that can be solved together; returns their number.
   std::size_t append_spheres(std::span<const Pair> pairs, std::span<const PlacedSpheres> spheres, Batch& batch,
                              std::uint64_t& colliding_pairs) const {
     const std::size_t first = batch.results.size(), first_contact = batch.contacts.size();
-    // Copies of one: constructors that compilers make a call of.
+    // Copies of one value: compilers call a function for each constructor.
     batch.results.resize(first + pairs.size(), PairResult{});
     batch.contacts.resize(first_contact + pairs.size(), Contact{Vec3::Zero(), Vec3::Zero()});
     std::array<std::uint32_t, 128> numbers;
@@ -527,8 +527,8 @@ class SceneWork final : public StepWork {
   }
   static bool is_sphere(const PlacedSphere& placed) { return placed.radius <= std::numeric_limits<double>::max(); }
 
-  /// A mesh's hull is built when its box is first asked for, and the step's stop or deadline reach into that: what asks
-  /// next then builds it.
+  /// A mesh's hull is built by the first query of its box, and the step's stop or deadline can end that; then the next
+  /// query builds it.
   void update_unless_stopped(std::size_t block) {
     try {
       update(block);
@@ -552,7 +552,7 @@ class SceneWork final : public StepWork {
     }
     BoundsRows rows;
     for (std::size_t k = 0; k < count; ++k) take_bounds(todo[k], k, rows);
-    // Places past the end are rounded with the others: what is in them must be numbers.
+    // Elements past the end are rounded with the others, so they must be initialised.
     for (std::size_t axis = 0; axis < 3; ++axis) {
       std::fill(rows.lo[axis] + count, rows.lo[axis] + BoundsRows::bodies, 0.0);
       std::fill(rows.hi[axis] + count, rows.hi[axis] + BoundsRows::bodies, 0.0);
@@ -560,11 +560,11 @@ class SceneWork final : public StepWork {
     store_boxes(rows, {todo.data(), count}, count == end - first);
   }
 
-  /// Notes which bodies' versions changed, for the broad phase, too. Whether any did.
+  /// Records which bodies' versions changed, also for the broad phase. Returns whether any did.
   bool find_changed(std::size_t first, std::size_t end) {
     const auto versions = SceneChanges::versions(*scene_);
     const auto is_static = scene_->is_static();
-    // By pointers of its own: a byte that is written might else be part of any of them.
+    // Local pointers: to the compiler, a written byte might alias any member.
     std::uint8_t *const changed = changed_.data(), *const still = still_.data();
     std::uint32_t* const seen = seen_.data();
     const std::uint8_t all_changed = changes_known_ ? 0 : 1;
@@ -573,7 +573,7 @@ class SceneWork final : public StepWork {
       seen[i] = versions[i];
     }
     if (kept_)
-      kept_->update_rests(first, std::span(changed_).subspan(first, end - first));  // boxes hold those that rest
+      kept_->update_rests(first, std::span(changed_).subspan(first, end - first));  // boxes contain resting bodies
     std::uint8_t any = 0;
     for (std::size_t i = first; i < end; ++i) {
       any |= changed[i];
@@ -582,13 +582,13 @@ class SceneWork final : public StepWork {
     return any != 0;
   }
 
-  /// A body's bounds into column k; the places of spheres are kept for the narrow phase.
+  /// Writes a body's bounds to column k; positions of spheres are kept for the narrow phase.
   void take_bounds(std::uint32_t body, std::size_t k, BoundsRows& rows) {
     const auto poses = scene_->poses();
     if (together_) {
       const double radius = shapes_known_ ? spheres_[body].radius : sphere_radius(body);
       spheres_[body] = {poses[body].translation, radius};
-      if (is_sphere(spheres_[body])) {  // as Shape::bounds, which is far from here
+      if (is_sphere(spheres_[body])) {  // as Shape::bounds, whose data is elsewhere in memory
         for (std::size_t axis = 0; axis < 3; ++axis) {
           const double centre = spheres_[body].centre[static_cast<Eigen::Index>(axis)];
           rows.lo[axis][k] = centre - radius;
@@ -606,9 +606,9 @@ class SceneWork final : public StepWork {
     }
   }
 
-  /// The bounds of bodies, which lie side by side where `in_row`, rounded outwards into the boxes of the broad phase.
+  /// Writes bounds of bodies, consecutive ones if `in_row`, rounded outwards, to the boxes of the broad phase.
   void store_boxes(const BoundsRows& rows, std::span<const std::uint32_t> bodies, bool in_row) {
-    // Half the margin on each side: two boxes meet when the gap between their bodies is within the margin.
+    // Half the margin on each side: two boxes overlap if the gap between their bodies is within the margin.
     FloatRows rounded;
     round_outward(rows, 0.5 * options_.answer.margin, rounded);
     for (int axis = 0; axis < 3; ++axis) {
@@ -648,7 +648,7 @@ class SceneWork final : public StepWork {
     if (execution.form != StepForm::caller) execution.serial.join += ms;
   }
 
-  /// What the batches found, summed up; the order of additions leaves no trace.
+  /// Sums over the batches; the order of additions does not affect them.
   struct Found {
     alignas(64) std::atomic<std::uint64_t> colliding_pairs{0};
     std::atomic<std::uint64_t> contacts{0}, gaps{0};
@@ -675,7 +675,7 @@ class SceneWork final : public StepWork {
   };
 
   PipelineOptions options_;
-  WorkLimit limit_;  // of the step at hand
+  WorkLimit limit_;  // of the current step
   NarrowPhase narrow_phase_;
   NarrowPhase without_gaps_;  // between meshes
   SeveralPairs several_pairs_;
@@ -684,28 +684,28 @@ class SceneWork final : public StepWork {
   std::unique_ptr<KeptContacts> kept_;    // null: every answer is computed
   bool worth_moving_[shape_kinds][shape_kinds] = {};
   const Scene* scene_ = nullptr;
-  Crew* crew_ = nullptr;  // of the step at hand
+  Crew* crew_ = nullptr;  // of the current step
   PairFilter filter_;
   // Of pairs whose boxes are as in the step before only those that the last step's answers name are asked for.
   bool only_changes_ = false;
-  std::vector<std::uint8_t> still_;  // one a body: bits for a static one and for one whose box has not changed
+  std::vector<std::uint8_t> still_;  // per body: bits for a static one and for one whose box has not changed
   PairFilter changes_filter_;
   std::size_t stages_ = 0;
   BoxArray boxes_;
-  std::vector<std::uint8_t> changed_;  // one a box: not as in the step before
-  // What the last whole step saw; whether it tells what has changed since.
+  std::vector<std::uint8_t> changed_;  // per box: whether it changed since the last step
+  // The data that the last complete step read; whether changes since then are known.
   bool scene_read_ = false, changes_known_ = false, shapes_known_ = false;
   SceneChanges::HistoryName history_;
   std::vector<std::uint32_t> seen_;  // versions
   std::uint64_t comings_and_goings_ = 0;
   bool has_mesh_ = false, has_sphere_ = false;
-  bool screens_ = false;               // pairs that are far enough apart are left out several at a time
-  bool together_ = false;              // contacts are computed, for several pairs at a time
-  std::vector<PlacedSphere> spheres_;  // then: one a body, with an infinite radius where it is another shape
-  mutable Found found_;                // of the step at hand
+  bool screens_ = false;               // separated pairs are excluded several at a time
+  bool together_ = false;              // contacts are computed for several pairs at a time
+  std::vector<PlacedSphere> spheres_;  // then: one per body, with an infinite radius if it is another shape
+  mutable Found found_;                // of the current step
   mutable std::atomic<bool> incomplete_{false};
-  std::atomic<bool> abandoned_{false};  // the boxes or what the broad phase made of them are not whole
-  mutable PairCosts costs_;             // where there are meshes
+  std::atomic<bool> abandoned_{false};  // the boxes, or the broad phase's data, are incomplete
+  mutable PairCosts costs_;             // if there are meshes
 };
 
 }  // namespace

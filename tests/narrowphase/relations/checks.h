@@ -1,4 +1,4 @@
-// What all relations are judged by: tolerances, the queries asked most, words for what contradicts.
+// Common parts of all relations: tolerances, frequent queries, and descriptions of contradictions.
 #pragma once
 #include <algorithm>
 #include <limits>
@@ -9,12 +9,12 @@
 
 namespace tandem::relations {
 
-// Tolerances, relative to unit_of(pair).
+// Tolerances relative to unit_of(pair).
 inline constexpr double rounding = 1e-12;  ///< of distances that are the same real number
-/// Of witness points from the surfaces: where these are curved, points are less exact.
+/// The distance of witness points from the surfaces; on curved ones, points are less exact.
 inline constexpr double surface = 1e-9;
-inline constexpr double early = 1e-9;  ///< of the path: how much before a touch the time of impact may be
-/// Of the path: bodies on motions that may turn touch from where they are as near (`NarrowPhase::time_of_impact`).
+inline constexpr double early = 1e-9;  ///< relative to the path: how much before a contact the time of impact may be
+/// Relative to the path: rotating bodies touch from this gap on (`NarrowPhase::time_of_impact`).
 inline constexpr double as_touch = 1e-10;
 
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -40,14 +40,13 @@ inline bool collide(const Shape& a, const Pose& pose_a, const Shape& b, const Po
   return plain().solve(a, pose_a, b, pose_b, Request::collide).collide;
 }
 
-/// What coordinates so far out round to, metres: where B is moved, it comes to lie that far from the place that is
-/// meant.
+/// The rounding of coordinates at this distance from the origin, metres: the error of B's position after a motion.
 inline double world_rounding(const PosedPair& p) {
   return 0x1p-51 * std::max(p.a.pose.translation.cwiseAbs().maxCoeff(), p.b.pose.translation.cwiseAbs().maxCoeff());
 }
 
-/// Between two answers for the same real numbers, the second for lengths times `factor`; empty where there is none.
-/// `verdicts`: also those that rounding could change, the number of contacts and their features.
+/// The difference of two answers for the same real numbers, the second for lengths times `factor`; empty if they agree.
+/// `verdicts`: compares also results that rounding could change: verdicts, the number of contacts and their features.
 std::string difference(const Answers& x, const Answers& y, double factor, double unit, bool verdicts, double margin);
 
 inline bool is_mesh(const Shape& s) { return s.kind() == ShapeKind::mesh; }

@@ -1,3 +1,4 @@
+// Random pairs for the relations: shapes of all kinds, degenerate ones, and their poses.
 #include "draw.h"
 
 #include <algorithm>
@@ -13,17 +14,17 @@
 namespace tandem::relations {
 namespace {
 
-// Numbers that draw more than one are drawn in statements of their own: in which order the terms of an expression are
-// evaluated differs between compilers and processors, and a seed is one pair on all.
+// Functions that draw several numbers draw each in a statement of its own: the order of evaluation within an expression
+// differs between compilers and processors, and a seed must give the same pair on all.
 
-/// 10^-u, u even in [0, most].
+/// 10^-u, u uniform in [0, most].
 double small(Random& r, double most) { return std::pow(10.0, -r.in(0, most)); }
 
 /// Numbers of few bits, so that midpoints and sums are exact.
 double rounded(double x) { return std::round(x * 0x1p20) * 0x1p-20; }
 Vec3 rounded(const Vec3& v) { return {rounded(v.x()), rounded(v.y()), rounded(v.z())}; }
 
-/// How a shape is drawn: plump, thin and flat, or with numbers that are multiples of an eighth.
+/// The style of a shape: plump, thin and flat, or with coordinates that are multiples of an eighth.
 enum class Build { plump, degenerate, dyadic };
 
 double length(Random& r, Build build) {
@@ -45,7 +46,7 @@ Vec3 point(Random& r, Build build) {
   return rounded(r.vec(-1, 1));
 }
 
-/// Somewhere on the line through p and q, but for `off` in any direction.
+/// A point of the line through p and q, displaced by `off` in a random direction.
 template <class Off>
 Vec3 near_line(Random& r, const Vec3& p, const Vec3& q, Off&& off) {
   const Vec3 aside = r.direction();
@@ -53,13 +54,13 @@ Vec3 near_line(Random& r, const Vec3& p, const Vec3& q, Off&& off) {
   return p + r.in(-0.5, 1.5) * (q - p) + by;
 }
 
-/// A third point that makes a triangle without area, a sliver, or any.
+/// A third point that forms a triangle without area, a sliver, or any triangle.
 std::array<Vec3, 3> corners(Random& r, Build build) {
   const Vec3 p = point(r, build), q = point(r, build);
   if (build != Build::degenerate) return {p, q, point(r, build)};
   switch (r.below(4)) {
     case 0:
-      return {p, q, (p + q) / 2};  // three points on a line, exactly: the sum is
+      return {p, q, (p + q) / 2};  // three collinear points, exactly: the sum is
     case 1:
       return {p, q, r.once_in(2) ? p : q};
     case 2:
@@ -69,7 +70,7 @@ std::array<Vec3, 3> corners(Random& r, Build build) {
   }
 }
 
-/// Three corners on a line but for 1e-16 to 1e-5 of its length, or a long cloud, thin to 1e-8.
+/// Three corners, collinear up to 1e-16 to 1e-5 of their length, or a long cloud, thin to 1e-8.
 ShapeData needle(Random& r) {
   if (r.once_in(2)) {
     const Vec3 p = point(r, Build::degenerate), q = point(r, Build::degenerate);
@@ -95,7 +96,7 @@ Convex cloud(Random& r, Build build) {
   return c;
 }
 
-/// A polygon (counterclockwise about z) as a prism, its caps cut by `caps`.
+/// A prism over a polygon (counterclockwise about z), with the triangulation `caps`.
 Mesh prism(const std::vector<std::array<double, 2>>& polygon, const std::vector<std::array<std::uint32_t, 3>>& caps,
            double height) {
   Mesh m;
@@ -127,7 +128,7 @@ Mesh u_prism(Random& r) {
                {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}, {0, 5, 6}, {0, 6, 7}}, r.in(0.3, 1.5));
 }
 
-/// An open sheet of n x n squares, each cut in two, its heights random.
+/// An open sheet of n x n squares with random heights, each divided into two triangles.
 Mesh bumpy_grid(Random& r, Build build) {
   Mesh m;
   const int n = 1 + r.below(5);
@@ -247,7 +248,7 @@ ShapeData draw_shape(ShapeKind kind, Random& r, Build build, const std::vector<N
   }
 }
 
-/// One of the 24 rotations that take the axes to axes.
+/// One of the 24 rotations that map axes to axes.
 Mat3 exact_rotation(Random& r) {
   Mat3 m = Mat3::Zero();
   const int first = r.below(3), second = (first + 1 + r.below(2)) % 3, third = 3 - first - second;
@@ -284,7 +285,7 @@ PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
   Random r(seed * 0x9e3779b97f4a7c15u + 17);
   const auto any_kind = [&] {
     return static_cast<ShapeKind>(r.below(static_cast<int>(ShapeKind::plane)));
-  };  // planes are asked for
+  };  // planes must be requested
   ShapeKind ka = options.a.value_or(any_kind()), kb = options.b.value_or(any_kind());
   const auto is_bounded = [](ShapeKind k) { return k != ShapeKind::halfspace && k != ShapeKind::plane; };
   if (!is_bounded(ka) && !is_bounded(kb)) (options.a ? kb : ka) = ShapeKind::box;

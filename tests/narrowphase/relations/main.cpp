@@ -1,5 +1,6 @@
-// Holds answers of the narrow phase against each other, on random pairs or on records. Prints what fails as minimal
-// records for `tandem query`, and counts by relation and kinds. 1 if any relation fails.
+// The program `relations`: metamorphic tests of the narrow phase on random pairs or on records. Prints failures as
+// minimal records for `tandem query`, and counts them by relation and kinds. The exit status is 1 if any relation
+// fails.
 #include <oneapi/tbb/parallel_pipeline.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -31,7 +32,7 @@ using namespace tandem::relations;
 
 constexpr std::size_t most_relations = 48;
 
-constexpr double default_margin = 0.1;  // metres, of records without
+constexpr double default_margin = 0.1;  // metres, for records without one
 
 struct Options {
   std::uint64_t seed = 1, pairs = 10000;
@@ -39,13 +40,13 @@ struct Options {
   std::string a, b, meshes, records;
   std::size_t largest_mesh = 4000;  // triangles
   std::size_t show = 1;             // failures printed for a relation and two kinds
-  bool needles = false;             // A a sliver or a long thin hull, B much smaller
-  bool rounded = false;             // a ball about each point of one or both
-  bool unusual = false;             // what draws seldom or never make
-  bool raw = false;                 // as they are drawn
-  bool list = false;                // prints the pairs, judges none
+  bool needles = false;             // A is a sliver or a long thin hull, B much smaller
+  bool rounded = false;             // one or both shapes are rounded
+  bool unusual = false;             // rare constructions (unusual.h)
+  bool raw = false;                 // without minimisation
+  bool list = false;                // prints the pairs without checking them
   bool table = false;               // counts by kinds and relation, too
-  int threads = 0;                  // 0: one a core
+  int threads = 0;                  // 0: one per core
 };
 
 std::optional<ShapeKind> kind_of(const std::string& word) {
@@ -130,7 +131,7 @@ class Tally {
     }
   }
 
-  // 1 if any relation failed.
+  // Returns 1 if any relation failed.
   int finish() const {
     if (options_.table) print_table();
     Row all;
@@ -151,7 +152,7 @@ class Tally {
   }
 
  private:
-  // Of two kinds.
+  // The counts of a pair of kinds.
   struct Row {
     std::uint64_t pairs = 0, inexact_distances = 0, inexact_contacts = 0;
     std::array<std::uint64_t, most_relations> asked{}, failures{};  // by relation
@@ -175,7 +176,8 @@ class Tally {
     std::fflush(stdout);
   }
 
-  // Markdown: a row for two kinds, a column for a relation; empty where the relation says nothing of them.
+  // Prints a Markdown table: a row for each pair of kinds, a column for each relation; empty where the relation does
+  // not apply.
   void print_table() const {
     std::printf("| kinds | pairs | inexact |");
     const auto& all = relations::relations();
@@ -194,16 +196,16 @@ class Tally {
   std::map<std::string, Row> rows_;
 };
 
-// A pair that is made where it is judged.
+// A pair that is built where it is checked.
 struct Draft {
   std::string id;
   std::function<PosedPair()> make;
 };
 
-// Gives the next, or none.
+// Returns the next pair, or null.
 using Source = std::function<std::shared_ptr<Draft>()>;
 
-// Judged on several threads, counted and printed in the order of the pairs.
+// Checks pairs on several threads; counts and prints in the order of the pairs.
 int run(const Options& options, const Source& source) {
   using Made = std::shared_ptr<Draft>;
   using Done = std::shared_ptr<Judged>;
@@ -217,7 +219,7 @@ int run(const Options& options, const Source& source) {
     return std::make_shared<Judged>(judge(options, draft->id, draft->make()));
   };
   const auto count = [&](const Done& judged) { tally.add(*judged); };
-  constexpr std::size_t ahead = 16;  // pairs in work for each thread: one may take as long as a hundred others
+  constexpr std::size_t ahead = 16;  // pairs in work per thread: one may take as long as a hundred others
   const int cores = tbb::this_task_arena::max_concurrency();
   const int threads = options.threads > 0 ? std::min(options.threads, cores) : cores;
   tbb::task_arena(threads).execute([&] {

@@ -1,3 +1,4 @@
+// Reduction of a failing pair to a minimal one.
 #include <algorithm>
 #include <cmath>
 #include <functional>
@@ -8,9 +9,9 @@
 namespace tandem::relations {
 namespace {
 
-constexpr int most_checks = 2000;  // of a pair that is made smaller
+constexpr int most_checks = 2000;  // upper limit on the checks for one pair
 
-/// Takes list[first, first + count) out, for ever smaller counts, wherever `keep` says that it may be.
+/// Removes list[first, first + count), for decreasing counts, wherever `keep` accepts the rest.
 template <class T, class Keep>
 void thin_out(std::vector<T>& list, const Keep& keep) {
   for (std::size_t count = list.size() / 2; count > 0; count /= 2)

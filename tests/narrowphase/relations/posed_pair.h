@@ -1,4 +1,5 @@
-// A pair as the relations change it: shapes as a user gives them, so that they can be scaled, permuted and written out.
+// A pair in the form in which relations modify it: shapes as a user specifies them, so that they can be scaled,
+// permuted and printed.
 #pragma once
 #include <cstdint>
 #include <nlohmann/json.hpp>
@@ -18,34 +19,34 @@ using ShapeData = std::variant<Sphere, Box, Capsule, Cylinder, Cone, Ellipsoid, 
 struct PosedShape {
   ShapeData shape;
   Pose pose;
-  double rounding = 0;  ///< metres; the radius of a ball about each of its points
+  double rounding = 0;  ///< metres, see Shape::rounded
   ShapeKind kind() const { return static_cast<ShapeKind>(shape.index()); }
 };
 
 struct PosedPair {
   PosedShape a, b;
-  double margin = 0;       ///< metres; that of the requests with a margin
-  std::uint64_t seed = 0;  ///< of the random numbers that a relation draws
+  double margin = 0;       ///< metres; for the requests with a margin
+  std::uint64_t seed = 0;  ///< for the random numbers of the relations
 };
 
 Shape make_shape(const ShapeData& data);
 Shape make_shape(const PosedShape& posed);
-/// What a checked shape was made of, but for the order of a hull's vertices.
+/// The data from which a shape was made, except for the order of a hull's vertices.
 ShapeData data_of(const Shape& shape);
 
-/// How far its points lie from the origin of its frame, at most (a half-space: its offset).
+/// The largest distance of the shape's points from its origin (for a half-space: its offset).
 double reach(const ShapeData& data);
 double reach(const PosedShape& posed);
-/// The unit of a pair's relative errors, metres: how far the shapes and the translation between them reach.
+/// The unit of a pair's relative errors, metres: the extent of the shapes plus the translation between them.
 double unit_of(const PosedPair& pair);
 
-/// All lengths times `factor`.
+/// Scales all lengths by `factor`.
 void scale(ShapeData& data, double factor);
 void scale(PosedPair& pair, double factor);
-/// May every length be scaled by `factor` and stay within what shapes and poses admit, every bit kept?
+/// Whether all lengths can be scaled by `factor` exactly, within the limits of shapes and poses.
 bool can_scale(const PosedPair& pair, double factor);
 
-/// The pair as a record for `tandem query`, every number to its last bit, in one line.
+/// The pair as a record for `tandem query`, in one line, with all digits.
 std::string record(const PosedPair& pair, const std::string& id);
 
 }  // namespace tandem::relations

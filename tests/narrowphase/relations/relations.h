@@ -1,4 +1,4 @@
-// Relations that answers of the narrow phase must keep, whatever the right answer is: no oracle is needed.
+// Relations between answers of the narrow phase that hold whatever the right answer is: they need no oracle.
 #pragma once
 #include <span>
 #include <string>
@@ -10,14 +10,14 @@
 
 namespace tandem::relations {
 
-/// What is answered to all requests for a pair.
+/// The answers for a pair to all requests.
 struct Answers {
   bool collide = false;
   PairAnswer distance, contacts, near;    ///< near: contacts with the pair's margin
   std::vector<Contact> touching, within;  ///< of `contacts`, of `near`
 };
 
-/// A pair as it is judged: its answers are shared by the relations.
+/// A pair with the answers that its relations share.
 struct Case {
   const PosedPair& pair;
   const Shape& a;
@@ -28,10 +28,10 @@ struct Case {
 
 struct Relation {
   std::string_view name;
-  std::string_view says;  ///< in one line
-  /// Does the relation say anything of such shapes?
+  std::string_view says;  ///< description, one line
+  /// Whether the relation applies to such shapes.
   bool (*covers)(const PosedPair& pair);
-  /// Empty, or what contradicts the relation. `random` draws what the relation needs.
+  /// Returns an empty string, or the contradiction. `random` draws what the relation needs.
   std::string (*check)(const Case& c, Random& random);
 };
 
@@ -40,10 +40,10 @@ std::span<const Relation> relations();
 Answers answer(const PosedPair& pair);
 Answers answer(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, double margin);
 
-/// Empty, or what contradicts the relation. Throws std::invalid_argument where a shape of the pair is refused.
+/// Returns an empty string, or the contradiction. Throws std::invalid_argument if a shape of the pair is refused.
 std::string check(const Relation& relation, const PosedPair& pair);
 
-/// A pair that contradicts the relation too, with fewer triangles, fewer vertices and rounder numbers.
+/// A pair that still contradicts the relation, with fewer triangles, fewer vertices and rounder numbers.
 PosedPair minimal(const Relation& relation, PosedPair pair);
 
 }  // namespace tandem::relations
