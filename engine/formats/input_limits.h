@@ -1,4 +1,4 @@
-// Limits on the size of input files.
+// Limits on the size of input files, and on the numbers in them.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -39,6 +39,17 @@ inline constexpr std::size_t mesh_triangles = std::size_t{1} << 27;
 
 /// Vertices of a mesh file: three for each triangle.
 inline constexpr std::size_t mesh_vertices = 3 * mesh_triangles;
+
+/// Components of velocities (m/s, rad/s) and of gravity (m/s^2) in a scene file, so that the numbers of a simulation
+/// remain finite.
+inline constexpr double fastest = 1e9;
+/// The permitted components, for messages.
+inline constexpr const char* component_range = "at most 1e9 in size";
+
+/// Densities in a scene file, kg/m^3: masses remain finite.
+inline constexpr double densest = 1e15;
+/// The permitted densities, for messages.
+inline constexpr const char* density_range = "> 0, at most 1e15 kg/m^3";
 
 /// Contacts of a recorded step; one step is held in memory.
 inline constexpr std::size_t step_contacts = std::size_t{1} << 26;

@@ -8,14 +8,11 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "formats/input_limits.h"
 #include "scene/tolerances.h"
 
 namespace tandem {
 namespace {
-
-// Limits on numbers in files, so that a simulation's numbers remain finite: m/s (also rad/s and m/s^2), kg/m^3.
-constexpr double fastest = 1e9;
-constexpr double densest = 1e15;
 
 using ShapeIds = std::map<std::string, ShapeId, std::less<>>;
 
@@ -28,13 +25,14 @@ BodyOptions read_body(const JsonRef& json, const ShapeIds& shapes) {
   if (found == shapes.end()) shape.refuse("a name in /shapes");
   body.shape = found->second;
   if (const auto pose = json.find("pose")) body.pose = read_pose(*pose);
-  if (const auto velocity = json.find("velocity")) body.velocity = velocity->vec3_up_to(fastest);
-  if (const auto velocity = json.find("angular_velocity")) body.angular_velocity = velocity->vec3_up_to(fastest);
+  if (const auto velocity = json.find("velocity")) body.velocity = velocity->vec3_up_to(limits::fastest);
+  if (const auto velocity = json.find("angular_velocity"))
+    body.angular_velocity = velocity->vec3_up_to(limits::fastest);
   const auto density = json.find("density"), is_static = json.find("static");
   if (density && is_static) json.refuse("both density and static", "one of them");
   if (density) {
     body.density = density->number_above(0);
-    if (body.density > densest) density->refuse("> 0, at most 1e15 kg/m^3");
+    if (body.density > limits::densest) density->refuse(limits::density_range);
   }
   if (is_static) body.is_static = is_static->flag();
   if (const auto sensor = json.find("sensor")) body.is_sensor = sensor->flag();
@@ -54,20 +52,23 @@ void require_readable(const std::string& field, double value, bool allowed, cons
 
 void require_readable(const std::string& field, const Vec3& v) {
   for (int i = 0; i < 3; ++i)
-    require_readable(field + "[" + std::to_string(i) + "]", v[i], std::abs(v[i]) <= fastest, "at most 1e9 in size");
+    require_readable(field + "[" + std::to_string(i) + "]", v[i], std::abs(v[i]) <= limits::fastest,
+                     limits::component_range);
 }
 
 /// Throws unless the written scene could be read again.
 void require_readable(const Scene& scene) {
   require_readable("gravity", scene.gravity);
-  require_readable("dt", scene.dt, scene.dt > 0 && scene.dt <= tolerance::longest_time_step, "> 0, at most 1000 s");
+  require_readable("dt", scene.dt, scene.dt > 0 && scene.dt <= tolerance::longest_time_step,
+                   tolerance::time_step_range);
   for (std::uint32_t i = 0; i < scene.indices(); ++i) {
     if (!scene.alive(i)) continue;
     const std::string body = "body " + std::to_string(i) + ": ";
     require_readable(body + "velocity", scene.velocities()[i]);
     require_readable(body + "angular_velocity", scene.angular_velocities()[i]);
     const double density = scene.densities()[i];
-    require_readable(body + "density", density, scene.is_static()[i] || density <= densest, "at most 1e15 kg/m^3");
+    require_readable(body + "density", density, scene.is_static()[i] || density <= limits::densest,
+                     limits::density_range);
   }
 }
 
@@ -77,10 +78,10 @@ Scene read_scene(const JsonRef& json, ShapeReader& shape_reader) {
   json.require_keys({"name", "gravity", "dt", "request", "shapes", "bodies"});
   Scene scene;
   if (const auto text = json.find("name")) scene.name = text->text();
-  if (const auto gravity = json.find("gravity")) scene.gravity = gravity->vec3_up_to(fastest);
+  if (const auto gravity = json.find("gravity")) scene.gravity = gravity->vec3_up_to(limits::fastest);
   if (const auto dt = json.find("dt")) {
     scene.dt = dt->number_above(0);
-    if (scene.dt > tolerance::longest_time_step) dt->refuse("> 0, at most 1000 s");
+    if (scene.dt > tolerance::longest_time_step) dt->refuse(tolerance::time_step_range);
   }
   if (const auto request = json.find("request")) {
     const auto known = by_name(request->text(), requests);

@@ -228,7 +228,7 @@ Pose read_pose(const JsonRef& json) {
     for (std::size_t i = 0; i < 3; ++i) pose.rotation.row(static_cast<Eigen::Index>(i)) = rows->at(i).vec3();
   }
   if (quaternion) {
-    constexpr std::string_view allowed = "four numbers [w, x, y, z] of norm 1 within 1e-6";
+    constexpr std::string_view allowed = tolerance::quaternion_range;
     quaternion->require_array(allowed);
     if (quaternion->size() != 4) quaternion->refuse(allowed);
     const Quat q(quaternion->at(0).number(), quaternion->at(1).number(), quaternion->at(2).number(),

@@ -133,7 +133,7 @@ ResponseReport Response::Impl::step(Scene& scene, const ContactList& contacts) {
 
 ResponseReport Response::step(Scene& scene, const ContactList& contacts) {
   const auto start = std::chrono::steady_clock::now();
-  require(scene.dt > 0 && scene.dt <= tolerance::longest_time_step, "dt", scene.dt, "> 0, at most 1000 s");
+  require(scene.dt > 0 && scene.dt <= tolerance::longest_time_step, "dt", scene.dt, tolerance::time_step_range);
   require(scene.gravity.allFinite(), "gravity", scene.gravity.norm(), "finite");
   require_contacts_of(scene, contacts, "response");
   Impl& own = *impl_;

@@ -7,6 +7,8 @@ namespace tandem::tolerance {
 /// The largest deviation of the norm of a quaternion in a file from 1: six digits leave 1e-6. Less: quaternions written
 /// with six digits are refused.
 inline constexpr double quaternion_norm = 1e-6;
+/// The permitted quaternions, for messages.
+inline constexpr const char* quaternion_range = "four numbers [w, x, y, z] of norm 1 within 1e-6";
 
 /// An upper bound on the relative stretch of a body's motion by rotations that are orthonormal only to 2e-6: the narrow
 /// phase's `askew`, which is private to it. Less: a contact is kept that a fast body has left.
@@ -70,5 +72,7 @@ inline constexpr double lightest_mass = 1e-100, heaviest_mass = 1e100;
 /// The longest time step of a response and of a scene file, s. With longer ones bodies would leave the range of valid
 /// poses.
 inline constexpr double longest_time_step = 1000;
+/// The permitted time steps, for messages.
+inline constexpr const char* time_step_range = "> 0, at most 1000 s";
 
 }  // namespace tandem::tolerance

@@ -525,7 +525,7 @@ void Pipeline::set_gravity(const Vec3& gravity) {
   impl_->bodies.scene().gravity = gravity;
 }
 void Pipeline::set_dt(double dt) {
-  require(dt > 0 && dt <= tolerance::longest_time_step, "dt", dt, "> 0, at most 1000 s");
+  require(dt > 0 && dt <= tolerance::longest_time_step, "dt", dt, tolerance::time_step_range);
   impl_->bodies.scene().dt = dt;
 }
 
