@@ -59,7 +59,7 @@ void FirstStops::sweep() {
 }
 
 /// Builds a hierarchy of the bodies that come near a watched one.
-void FirstStops::look_around() {
+void FirstStops::build_hierarchy_near_watched() {
   Aabb all = around_[bodies_.watched().front()];
   for (const std::uint32_t body : bodies_.watched()) grow(all, around_[body]);
   nearby_.clear();
@@ -90,7 +90,7 @@ void FirstStops::each_near(const Aabb& box, bool anywhere, Visit&& visit) {
 
 /// Appends the contacts of `body` from t on. At the start of a step the watched body of the larger index finds a pair
 /// itself.
-void FirstStops::look_for(std::uint32_t body, double t, std::vector<Meeting>& out) {
+void FirstStops::find_impacts(std::uint32_t body, double t, std::vector<Meeting>& out) {
   const bool at_start = bodies_.leg(body).free;
   const Scene& scene = bodies_.scene();
   const SweptBoxes swept(scene.shape_of(body), bodies_.leg(body).motion);
@@ -116,15 +116,15 @@ void FirstStops::change(std::uint32_t body, const Leg& leg) {
   changed_.push_back(body);
 }
 
-void FirstStops::stand(std::uint32_t body, double t) {
+void FirstStops::rest_at(std::uint32_t body, double t) {
   const Leg leg = bodies_.leg(body);
   const Pose here = leg.at(t);
   change(body, {t, {here, here, leg.motion.straight_of}, false, 0});
 }
 
-void FirstStops::go_with(std::uint32_t body, std::uint32_t other, double t) {
+void FirstStops::follow(std::uint32_t body, std::uint32_t other, double t) {
   const Leg leg = bodies_.leg(body), taken = bodies_.leg(other);
-  if (is_still(taken.motion)) return stand(body, t);
+  if (is_still(taken.motion)) return rest_at(body, t);
   const Pose here = leg.at(t), there = taken.at(t);
   // The body keeps its pose relative to the other one.
   const Mat3 turn = taken.motion.to.rotation * there.rotation.transpose();
@@ -138,12 +138,12 @@ void FirstStops::apply(const Meeting& meeting) {
   const auto [a, b, t] = std::tie(meeting.a, meeting.b, meeting.t);
   const Leg leg_a = bodies_.leg(a), leg_b = bodies_.leg(b);
   if (leg_a.free && leg_b.free) {
-    stand(a, t);
-    stand(b, t);
+    rest_at(a, t);
+    rest_at(b, t);
   } else if (leg_a.free || (!leg_b.free && leg_a.speed < leg_b.speed && bodies_.is_watched(a))) {
-    go_with(a, b, t);
+    follow(a, b, t);
   } else {
-    go_with(b, a, t);
+    follow(b, a, t);
   }
   const Scene& scene = bodies_.scene();
   stops_.push_back({t, scene.id(a), scene.id(b), meeting.point, meeting.normal});
@@ -155,13 +155,13 @@ void FirstStops::find() {
   strayed_.clear();
   const auto watched = bodies_.watched();
   if (watched.empty()) return;
-  look_around();
+  build_hierarchy_near_watched();
   changes_.assign(bodies_.scene().indices(), 0);
   found_.resize(std::max(found_.size(), watched.size()));
   ParallelTime unused;
   for_blocks(watched.size(), 1, unused, [&](std::size_t i, std::size_t) {
     found_[i].clear();
-    look_for(watched[i], 0, found_[i]);
+    find_impacts(watched[i], 0, found_[i]);
   });
   std::priority_queue<Meeting, std::vector<Meeting>, std::greater<>> queue;
   for (std::size_t i = 0; i < watched.size(); ++i)
@@ -175,7 +175,7 @@ void FirstStops::find() {
     changed_.clear();
     apply(next);
     fresh.clear();
-    for (const std::uint32_t body : changed_) look_for(body, next.t, fresh);
+    for (const std::uint32_t body : changed_) find_impacts(body, next.t, fresh);
     for (const Meeting& meeting : fresh) queue.push(meeting);
   }
 }

@@ -56,14 +56,14 @@ class FirstStops {
     bool operator>(const Meeting& other) const { return std::tie(t, a, b) > std::tie(other.t, other.a, other.b); }
   };
 
-  void look_around();
+  void build_hierarchy_near_watched();
   template <class Visit>
   void each_near(const Aabb& box, bool anywhere, Visit&& visit);
-  void look_for(std::uint32_t body, double t, std::vector<Meeting>& found);
+  void find_impacts(std::uint32_t body, double t, std::vector<Meeting>& found);
   void note_stray(std::uint32_t body);
   void apply(const Meeting& meeting);
-  void stand(std::uint32_t body, double t);
-  void go_with(std::uint32_t body, std::uint32_t other, double t);
+  void rest_at(std::uint32_t body, double t);
+  void follow(std::uint32_t body, std::uint32_t other, double t);
   void change(std::uint32_t body, const Leg& leg);
 
   MovingBodies bodies_;

@@ -53,7 +53,7 @@ int Balancer::best_broad(double broad, double narrow) const {
   return best;
 }
 
-void Balancer::ask_own_rule(const ExecutionReport& report, BalanceDecision& decision) {
+void Balancer::apply_user_rule(const ExecutionReport& report, BalanceDecision& decision) {
   const int broad = std::clamp(own_rule_(report), 1, threads_ - 1);
   split_ = {broad, threads_ - broad};
   decision.after = split_;
@@ -126,7 +126,7 @@ BalanceDecision Balancer::after_step(std::uint64_t step, const ExecutionReport& 
     return decision;
   }
   if (own_rule_) {
-    ask_own_rule(report, decision);
+    apply_user_rule(report, decision);
     return decision;
   }
   if (!add_to_window(report, decision)) {

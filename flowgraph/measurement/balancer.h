@@ -23,7 +23,7 @@ class Balancer {
   BalanceDecision after_step(std::uint64_t step, const ExecutionReport& report);
 
  private:
-  void ask_own_rule(const ExecutionReport& report, BalanceDecision& decision);
+  void apply_user_rule(const ExecutionReport& report, BalanceDecision& decision);
   /// Adds a step to the sums. True if the sums are to be judged now.
   bool add_to_window(const ExecutionReport& report, BalanceDecision& decision);
   /// True if the previous change improved the step; else it is to be taken back.

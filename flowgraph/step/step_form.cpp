@@ -34,8 +34,9 @@ bool FormChooser::may_be(StepForm form, const ExecutionReport& report, double wo
 
 /// Once the current form has run twice, only its own steps tell whether it stays, unless there is much more to do.
 bool FormChooser::may_stay(const ExecutionReport& report, double work_ms) {
-  const bool has_told = report.form != current_ && of(current_).has_two();
-  return has_told ? current_ != StepForm::caller || work_ms < most_on_caller_ms : may_be(current_, report, work_ms);
+  const bool has_own_measurements = report.form != current_ && of(current_).has_two();
+  return has_own_measurements ? current_ != StepForm::caller || work_ms < most_on_caller_ms
+                              : may_be(current_, report, work_ms);
 }
 
 bool FormChooser::may_pay(StepForm form, const ExecutionReport& report) const {

@@ -70,7 +70,7 @@ class AdvanceSearch {
     // For directions of length 1 + 4 epsilon at most.
     rounding_ = product_rounding * reach + std::numeric_limits<double>::min();
     bound_ = separation_ * (1 + 16 * epsilon) + rounding_;
-    told_ = 16 * product_rounding * reach;
+    reach_rounding_ = 16 * product_rounding * reach;
     const auto most = [](const Vec3& x, const Vec3& y) {
       return std::max(x.cwiseAbs().maxCoeff(), y.cwiseAbs().maxCoeff());
     };
@@ -113,7 +113,7 @@ class AdvanceSearch {
       }
       now = instant(reached);
     }
-    return {true, now.t, distance_bound(now.w) * (1 + 16 * epsilon) + told_};
+    return {true, now.t, distance_bound(now.w) * (1 + 16 * epsilon) + reach_rounding_};
   }
 
  private:
@@ -185,7 +185,7 @@ class AdvanceSearch {
 
   const MovingPolygon<N>& polygon_;
   const double until_, separation_;
-  double near_, rounding_, bound_, told_, cubic_bound_;
+  double near_, rounding_, bound_, reach_rounding_, cubic_bound_;
 };
 
 }  // namespace

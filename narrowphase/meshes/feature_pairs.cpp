@@ -136,7 +136,7 @@ class FeaturePairs final : public PairVisitor {
   static constexpr int a_pair = 8;  // of triangles: units of work
 
   template <class Found>
-  void tell(const std::function<bool(const Found&)>& function, const Found& found) {
+  void report(const std::function<bool(const Found&)>& function, const Found& found) {
     if (function && !ended_) ended_ = !function(found);
   }
 
@@ -144,14 +144,14 @@ class FeaturePairs final : public PairVisitor {
                  const Corners& corners, const std::function<bool(const NearPoint&)>& function) {
     if (s_.self && of_t.has_vertex(t, v)) return;
     if (const double distance = point_triangle(place, corners); distance <= margin_)
-      tell(function, NearPoint{v, t, distance});
+      report(function, NearPoint{v, t, distance});
   }
 
   void add_edges(const std::array<std::uint32_t, 2>& a, const std::array<std::uint32_t, 2>& b, double distance) {
     if (!(distance <= margin_)) return;
     if (s_.self && (a[0] == b[0] || a[0] == b[1] || a[1] == b[0] || a[1] == b[1])) return;
     const bool exchanged = s_.self && b < a;
-    tell(visitor_.edges, NearEdges{exchanged ? b : a, exchanged ? a : b, distance});
+    report(visitor_.edges, NearEdges{exchanged ? b : a, exchanged ? a : b, distance});
   }
 
   const FeatureSides& s_;
@@ -195,8 +195,8 @@ NearFeatures list_features(const NearBoxPairs& near, const FeatureSides& sides, 
   return all;
 }
 
-SearchEnd tell_features(const NearBoxPairs& near, const FeatureSides& sides, double margin,
-                        const NearFeatureVisitor& visitor, const SearchOptions& options) {
+SearchEnd report_features(const NearBoxPairs& near, const FeatureSides& sides, double margin,
+                          const NearFeatureVisitor& visitor, const SearchOptions& options) {
   FeaturePairs pairs(sides, margin, visitor, options.limit);
   return visit_in_turn(near, pairs, options, [&] { return pairs.ended(); });
 }
@@ -231,8 +231,8 @@ NearFeatures near_features(const MeshModel& mesh, std::span<const std::uint32_t>
 SearchEnd visit_near_features(const MeshModel& mesh, std::span<const std::uint32_t> first, double margin,
                               const NearFeatureVisitor& visitor, const SearchOptions& options) try {
   const NearFeatureRows features(mesh, first, options.limit);
-  return tell_features(NearBoxPairs(mesh, margin), {mesh, features, mesh, features, true, Pose{}}, margin, visitor,
-                       options);
+  return report_features(NearBoxPairs(mesh, margin), {mesh, features, mesh, features, true, Pose{}}, margin, visitor,
+                         options);
 } catch (const WorkStopped&) {
   return SearchEnd::stopped;
 }
@@ -254,8 +254,8 @@ SearchEnd visit_near_features(const Shape& a, const Pose& pose_a, const Shape& b
   try {
     const MeshModel &ma = mesh_of(a), &mb = mesh_of(b);
     const NearFeatureRows of_a(ma, {}, options.limit), of_b(mb, {}, options.limit);
-    return tell_features(NearBoxPairs({a, pose_a}, {b, pose_b}, margin),
-                         {ma, of_a, mb, of_b, false, pose_in(pose_a, pose_b)}, margin, visitor, options);
+    return report_features(NearBoxPairs({a, pose_a}, {b, pose_b}, margin),
+                           {ma, of_a, mb, of_b, false, pose_in(pose_a, pose_b)}, margin, visitor, options);
   } catch (const WorkStopped&) {
     return SearchEnd::stopped;
   }

@@ -39,11 +39,11 @@ void straighten_points(const RoundPair& pair, Support& s) {
   const double open = tolerance::descent_accuracy * pair.scale, rounding = 64 * epsilon * pair.scale;
   for (const int which : {0, 1}) {
     const RoundBody& body = pair.body[which];
-    const Vec3 told = s.h * s.n - s.point[1 - which];
-    if ((told - s.point[which]).squaredNorm() <= open * open) return;
+    const Vec3 derived = s.h * s.n - s.point[1 - which];
+    if ((derived - s.point[which]).squaredNorm() <= open * open) return;
     if (body.kind() == ShapeKind::ellipsoid &&
-        off_ellipsoid(body.view(), body.axes().transpose() * (told - body.centre())) <= rounding)
-      s.point[which] = told;
+        off_ellipsoid(body.view(), body.axes().transpose() * (derived - body.centre())) <= rounding)
+      s.point[which] = derived;
   }
 }
 

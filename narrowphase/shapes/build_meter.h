@@ -20,7 +20,7 @@ class BuildMeter {
   void finish();
 
  private:
-  void tell(std::size_t done);
+  void report_progress(std::size_t done);
 
   static constexpr std::size_t times = 100;  ///< reports of progress at most
 
@@ -28,7 +28,7 @@ class BuildMeter {
   const std::size_t work_;
   std::atomic<std::size_t> done_{0};
   std::atomic<bool> telling_{false};
-  std::size_t told_ = 0;
+  std::size_t reported_ = 0;
 };
 
 }  // namespace tandem

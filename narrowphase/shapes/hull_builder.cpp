@@ -325,7 +325,7 @@ bool is_sliver(std::span<const Vec3> p, const std::vector<std::uint32_t>& loop, 
 
 // Collinear corners are an edge between the surrounding faces: such a face gets a normal between theirs. `slivers`: the
 // numbers of these faces.
-void turn_slivers(Hull& hull, const EdgeFaces& face_of, std::vector<std::uint32_t> slivers) {
+void set_sliver_normals(Hull& hull, const EdgeFaces& face_of, std::vector<std::uint32_t> slivers) {
   for (const std::uint32_t i : slivers) hull.faces[i].normal.setZero();
   for (bool turned = true; turned && !slivers.empty();) {
     turned = false;
@@ -406,7 +406,7 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
   if (dimension == 1) hull.edges.push_back({{0, 1}, {0, 0}});
   const int pass = pass_over(16 * hull.loop.size());
   const EdgeFaces face_of = find_faces(hull, meter);
-  turn_slivers(hull, face_of, slivers);
+  set_sliver_normals(hull, face_of, slivers);
   if (dimension == 3) hull.inner_radius = inner_radius(hull);
   add_edges(hull, face_of, meter);
   add_neighbours(hull, meter);

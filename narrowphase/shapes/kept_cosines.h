@@ -25,7 +25,7 @@ class KeptCosines {
   std::optional<double> of(std::uint32_t t, Find&& find) const {
     const std::atomic_ref<float> place(kept_.get()[t]);
     float stored = place.load(std::memory_order_relaxed);
-    if (stored == not_asked) {
+    if (stored == not_computed) {
       const std::optional<double> found = find();
       // Rounded down, since it is a lower bound.
       stored = found ? std::nextafter(static_cast<float>(*found) + offset, 0.0f) : none;
@@ -37,7 +37,7 @@ class KeptCosines {
   std::size_t memory() const { return size_ * sizeof(float); }
 
  private:
-  static constexpr float not_asked = 0, none = 1, offset = 4;  // outside the range of stored cosines
+  static constexpr float not_computed = 0, none = 1, offset = 4;  // outside the range of stored cosines
 
   struct Free {
     void operator()(float* p) const { std::free(p); }

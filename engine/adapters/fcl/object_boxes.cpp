@@ -25,7 +25,7 @@ constexpr double worn_out = 1.5;
 constexpr std::size_t moves_between_checks = 4;
 /// The number of boxes that are compared with their neighbours before all are: in a crowded world some of them already
 /// overlap.
-constexpr std::size_t neighbours_asked = 128, neighbours_a_group = 8;
+constexpr std::size_t neighbours_tested = 128, neighbours_a_group = 8;
 /// Distances are rounded: a limit for the hierarchy is enlarged by more than that.
 constexpr double above_rounding = 1 + 32 * std::numeric_limits<double>::epsilon();
 
@@ -140,7 +140,7 @@ struct ObjectBoxes::Impl {
   std::vector<std::uint32_t> earlier;  // an earlier registration of the same object, or none
 
   std::vector<std::uint32_t> some_changed;  // places that may have changed, one by one
-  bool all_looked_at = false;               // or all may have
+  bool all_changed = false;                 // or all may have
 
   std::unordered_map<const void*, std::uint32_t> last;  // registration of an object
   std::vector<std::uint32_t> free;
@@ -209,11 +209,11 @@ void ObjectBoxes::Impl::list_changes() {
     changed_for_pairs.add(place);
     changed_for_tree.add(place);
   };
-  if (all_looked_at)
+  if (all_changed)
     for (std::uint32_t place = 0; place < changed.size(); ++place) add(place);
   else
     for (const std::uint32_t place : some_changed) add(place);
-  all_looked_at = false;
+  all_changed = false;
   some_changed.clear();
 }
 
@@ -264,7 +264,7 @@ void ObjectBoxes::Impl::build_tree() {
     explicit First(std::vector<std::uint32_t>& p) : places(p) { places.clear(); }
     bool visit(std::uint32_t place) override {
       places.push_back(place);
-      return places.size() < neighbours_asked;
+      return places.size() < neighbours_tested;
     }
   } first(in_order);
   tree.visit_overlapping({no_box.hi, no_box.lo}, first);  // all of them
@@ -330,7 +330,7 @@ std::span<void* const> ObjectBoxes::objects() const { return impl_->objects; }
 ObjectBoxes::Places ObjectBoxes::places() { return {impl_->objects, impl_->exact, impl_->changed}; }
 
 void ObjectBoxes::take_changes() {
-  impl_->all_looked_at = true;
+  impl_->all_changed = true;
   impl_->outdate();
 }
 void ObjectBoxes::set(const void* object, const ExactBox& box) {
@@ -437,14 +437,14 @@ void ObjectBoxes::visit_near(double limit, NearPairVisitor& visitor) const {
   std::vector<std::uint32_t> group(neighbours.empty() ? 0 : m.objects.size(), none);
   for (std::size_t j = 0; j < neighbours.size(); ++j)
     group[neighbours[j]] = static_cast<std::uint32_t>(j / neighbours_a_group);
-  const auto is_asked = [&](std::uint32_t a, std::uint32_t b) {
+  const auto is_tested = [&](std::uint32_t a, std::uint32_t b) {
     return !group.empty() && group[a] != none && group[a] == group[b];
   };
   const BoxQueries& tree = m.current_tree();
   for (std::uint32_t i = 0; i < m.objects.size() && reach.outward() > 0; ++i) {
     if (m.objects[i] == nullptr) continue;
     const auto take_later = [&](std::uint32_t place) {
-      if (i < place && !is_asked(i, place)) take(i, place);
+      if (i < place && !is_tested(i, place)) take(i, place);
     };
     ReachVisitor found(reach, take_later);
     tree.visit_near(outward(m.exact[i]), reach.outward(), found);

@@ -248,7 +248,7 @@ void Bodies::apply_to(std::uint32_t index, const Change& change) {
           to(rank).put(id);
         }
       drop(index);
-      directory_.gone(id);
+      directory_.removed(id);
       if (notes_removed_) removed_.push_back(id);
       break;
     case Kind::pose:

@@ -144,7 +144,7 @@ void Communicator::exchange_expected(std::span<RankMessage> messages, std::vecto
     received[i].content.clear();
     waiting_.push_back(i);
   }
-  const auto has_come = [&](std::size_t i) {
+  const auto has_arrived = [&](std::size_t i) {
     int flag = 1;
     MPI_Status status;
     while (true) {
@@ -155,7 +155,7 @@ void Communicator::exchange_expected(std::span<RankMessage> messages, std::vecto
   };
   until(
       [&] {
-        std::erase_if(waiting_, has_come);
+        std::erase_if(waiting_, has_arrived);
         int done = 0;
         MPI_Testall(static_cast<int>(requests_.size()), requests_.data(), &done, MPI_STATUSES_IGNORE);
         return done != 0 && waiting_.empty();

@@ -29,20 +29,20 @@ Directory::~Directory() {
   if (directory_ != nullptr && finalized == 0) Zoltan_DD_Destroy(&directory_);
 }
 
-void Directory::tell(const std::function<bool(GlobalId)>& owned) {
+void Directory::update(const std::function<bool(GlobalId)>& owned) {
   if (directory_ == nullptr) require(Zoltan_DD_Create(&directory_, communicator_.comm(), words, 0, 0, 0, 0));
   const auto by_id = [](std::vector<GlobalId>& ids) {
     std::sort(ids.begin(), ids.end());
     ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
   };
-  by_id(gone_);
-  auto gone = in_words(gone_);
-  require(Zoltan_DD_Remove(directory_, gone.data(), static_cast<int>(gone_.size())));
+  by_id(removals_);
+  auto removals = in_words(removals_);
+  require(Zoltan_DD_Remove(directory_, removals.data(), static_cast<int>(removals_.size())));
   by_id(arrivals_);
   std::erase_if(arrivals_, [&](GlobalId id) { return !owned(id); });
   auto arrivals = in_words(arrivals_);
   require(Zoltan_DD_Update(directory_, arrivals.data(), nullptr, nullptr, nullptr, static_cast<int>(arrivals_.size())));
-  gone_.clear();
+  removals_.clear();
   arrivals_.clear();
 }
 

@@ -23,16 +23,16 @@ class Directory {
 
   /// Notes bodies that this rank has come to own, or that were removed everywhere; before the next query.
   void arrived(GlobalId id) { arrivals_.push_back(id); }
-  void gone(GlobalId id) { gone_.push_back(id); }
+  void removed(GlobalId id) { removals_.push_back(id); }
   /// Collective: updates the directory. `owned`: tells whether a body that arrived is still on this rank.
-  void tell(const std::function<bool(GlobalId)>& owned);
+  void update(const std::function<bool(GlobalId)>& owned);
   /// Collective: the owners, -1 for unknown ids.
   std::vector<int> owners(std::span<const GlobalId> ids);
 
  private:
   const Communicator& communicator_;
   Zoltan_DD_Struct* directory_ = nullptr;
-  std::vector<GlobalId> arrivals_, gone_;
+  std::vector<GlobalId> arrivals_, removals_;
 };
 
 }  // namespace tandem::mpi

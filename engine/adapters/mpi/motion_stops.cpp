@@ -51,7 +51,7 @@ FastestTwo MotionStops::fastest_of_all(FastestTwo own) const {
 }
 
 /// Appends the zones of all ranks.
-void MotionStops::tell(std::span<const Zone> own) {
+void MotionStops::send_zones(std::span<const Zone> own) {
   Message message;
   for (const Zone& zone : own) message.put(zone);
   bytes_ += message.size();
@@ -178,7 +178,7 @@ void MotionStops::answer(std::span<Pose> ends) {
     }
 }
 
-void MotionStops::tell_stops() {
+void MotionStops::send_stops() {
   Message message;
   for (const MotionStop& stop : shared_.stops()) message.put(in_order(ids_[stop.a.index()], ids_[stop.b.index()]));
   bytes_ += message.size();
@@ -201,7 +201,7 @@ std::size_t MotionStops::limit(std::span<Pose> ends) {
   std::vector<Zone> fresh;
   for (const std::uint32_t i : own_.watched()) fresh.push_back({bodies_.id(i), communicator_.rank(), own_.around(i)});
   for (std::size_t known = 0;; known = zones_.size()) {
-    tell(fresh);
+    send_zones(fresh);
     if (zones_.size() == known) break;
     group();
     send_near(ends);
@@ -212,7 +212,7 @@ std::size_t MotionStops::limit(std::span<Pose> ends) {
     fresh = new_zones();
   }
   answer(ends);
-  tell_stops();
+  send_stops();
   const std::size_t stops = stops_.size();
   std::sort(stops_.begin(), stops_.end());
   stops_.erase(std::unique(stops_.begin(), stops_.end()), stops_.end());

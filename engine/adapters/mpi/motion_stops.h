@@ -63,13 +63,13 @@ class MotionStops {
 
   PairPredicate predicate() const;
   FastestTwo fastest_of_all(FastestTwo own) const;
-  void tell(std::span<const Zone> own);
+  void send_zones(std::span<const Zone> own);
   void group();
   void send_near(std::span<const Pose> ends);
   void share_scene(std::vector<Near>& near);
   std::vector<Zone> new_zones() const;
   void answer(std::span<Pose> ends);
-  void tell_stops();
+  void send_stops();
   std::vector<std::uint64_t> who_has(const ContactList& found) const;
   void lend(std::span<const std::uint64_t> who);
 

@@ -169,8 +169,8 @@ void Pipeline::Impl::apply_changes(Report& report) {
 
 /// Of an id that several ranks add the directory accepts one owner; the others remove theirs.
 void Pipeline::Impl::add_bodies(std::span<const Change> own) {
-  const auto tell = [&] { bodies.directory().tell([&](GlobalId id) { return bodies.owns_id(id); }); };
-  tell();
+  const auto update_directory = [&] { bodies.directory().update([&](GlobalId id) { return bodies.owns_id(id); }); };
+  update_directory();
   std::vector<GlobalId> ids;
   for (const Change& change : own)
     if (change.kind == Change::Kind::add) ids.push_back(change.id());
@@ -187,7 +187,7 @@ void Pipeline::Impl::add_bodies(std::span<const Change> own) {
       if (!twice) added.push_back(change.id());
     }
   }
-  tell();
+  update_directory();
   const std::vector<int> after = bodies.directory().owners(added);
   for (std::size_t i = 0; i < added.size(); ++i) {
     if (after[i] == communicator.rank()) continue;

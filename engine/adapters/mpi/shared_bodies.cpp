@@ -47,11 +47,11 @@ void SharedBodies::write_orders(Outbox& outbox) {
     body.index = first->body;
     body.owner = communicator_.rank();
     for (; first != end; ++first) body.ranks.push_back(first->rank);
-    std::vector<int> told = body.ranks;
-    std::sort(told.begin(), told.end());
-    told.erase(std::unique(told.begin(), told.end()), told.end());
-    std::erase(told, body.owner);
-    for (const int rank : told) {
+    std::vector<int> receivers = body.ranks;
+    std::sort(receivers.begin(), receivers.end());
+    receivers.erase(std::unique(receivers.begin(), receivers.end()), receivers.end());
+    std::erase(receivers, body.owner);
+    for (const int rank : receivers) {
       Message& message = outbox.to(rank);
       message.put(ResponseItem::order);
       message.put(body.id);
@@ -106,20 +106,20 @@ void SharedBodies::let_go(std::uint32_t side) {
 void SharedBodies::pass_on(SharedBody& body) {
   const std::size_t known = body.colours.size();
   const bool complete = known == body.ranks.size();
-  std::vector<int> told;
+  std::vector<int> receivers;
   if (complete) {
     ++complete_;
-    told = body.ranks;
-    told.push_back(body.owner);
-    std::sort(told.begin(), told.end());
-    told.erase(std::unique(told.begin(), told.end()), told.end());
-    std::erase(told, communicator_.rank());
+    receivers = body.ranks;
+    receivers.push_back(body.owner);
+    std::sort(receivers.begin(), receivers.end());
+    receivers.erase(std::unique(receivers.begin(), receivers.end()), receivers.end());
+    std::erase(receivers, communicator_.rank());
   } else if (body.ranks[known] == communicator_.rank()) {
     return let_go(next_of_[body.index]);
   } else {
-    told.push_back(body.ranks[known]);
+    receivers.push_back(body.ranks[known]);
   }
-  for (const int rank : told) {
+  for (const int rank : receivers) {
     Message& message = outgoing_[static_cast<std::size_t>(rank)];
     message.put(body.id);
     message.put(static_cast<std::uint32_t>(known));

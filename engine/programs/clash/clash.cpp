@@ -126,7 +126,7 @@ Answer answer(const std::vector<Part>& parts, const Pair& pair, double clearance
 }
 
 void answer_all(const std::vector<Part>& parts, std::vector<Pair> pairs, double clearance,
-                const std::function<void(const Pair&, const Answer&)>& tell) {
+                const std::function<void(const Pair&, const Answer&)>& report) {
   const auto work = [&](const Pair& p) {
     return parts[p.a].shape.triangles().size() + parts[p.b].shape.triangles().size();
   };
@@ -138,7 +138,7 @@ void answer_all(const std::vector<Part>& parts, std::vector<Pair> pairs, double 
         for (std::size_t i = some.begin(); i < some.end(); ++i) {
           const Answer found = answer(parts, pairs[i], clearance);
           const std::lock_guard lock(telling);
-          tell(pairs[i], found);
+          report(pairs[i], found);
         }
       },
       tbb::simple_partitioner());

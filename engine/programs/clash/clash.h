@@ -63,9 +63,9 @@ struct Answer {
 };
 Answer answer(const std::vector<Part>& parts, const Pair& pair, double clearance);
 
-/// Answers all of these pairs, on all threads of the caller's arena, the largest meshes first. Calls `tell` with each
+/// Answers all of these pairs, on all threads of the caller's arena, the largest meshes first. Calls `report` with each
 /// answer when it is known, from any thread, never from two at once.
 void answer_all(const std::vector<Part>& parts, std::vector<Pair> pairs, double clearance,
-                const std::function<void(const Pair&, const Answer&)>& tell);
+                const std::function<void(const Pair&, const Answer&)>& report);
 
 }  // namespace tandem::clash

@@ -83,14 +83,14 @@ class WaitingPairs {
     return count_ == TriangleRows::most;
   }
 
-  /// Calls tell(i, j, intersect) for all waiting pairs, in their order.
-  template <class Tell>
-  void decide(Tell&& tell) {
+  /// Calls report(i, j, intersect) for all waiting pairs, in their order.
+  template <class Report>
+  void decide(Report&& report) {
     if (count_ == 0) return;
     const TriangleVerdicts verdicts = compare_triangles(rows_, count_, test_);
     for (std::size_t k = 0; k < count_; ++k) {
       const auto [i, j] = waiting_[k];
-      tell(i, j, (verdicts.meet >> k & 1u) != 0 || ((verdicts.unknown >> k & 1u) != 0 && meet(i, j)));
+      report(i, j, (verdicts.meet >> k & 1u) != 0 || ((verdicts.unknown >> k & 1u) != 0 && meet(i, j)));
     }
     count_ = 0;
   }

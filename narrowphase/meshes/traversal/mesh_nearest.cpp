@@ -212,11 +212,11 @@ bool NearestSearch::each_within(double within, const Meet& meet, const Visit& vi
   std::array<Part, 2 * most_mesh_levels * mesh_lanes> stack;
   std::size_t top = 0;
   stack[top++] = {{0, whole, whole}, 1};
-  double done = 0, told = 0;
+  double done = 0, reported = 0;
   const auto finish = [&](double share) {
     done += share;
-    if (!progress || (done < told + 1 / steps && top > 0)) return;
-    progress(told = top > 0 ? std::min(done, 1.0) : 1);
+    if (!progress || (done < reported + 1 / steps && top > 0)) return;
+    progress(reported = top > 0 ? std::min(done, 1.0) : 1);
   };
   while (top > 0) {
     const auto [at, share] = stack[--top];

@@ -15,17 +15,17 @@ using Pairs = std::vector<std::array<std::uint32_t, 2>>;
 
 using Pair = std::array<std::uint32_t, 2>;
 
-// Calls tell(pair) for intersecting pairs; false ends it.
-template <class Tell>
+// Calls report(pair) for intersecting pairs; false ends it.
+template <class Report>
 class SelfIntersections final : public PairVisitor {
  public:
-  SelfIntersections(const MeshModel& mesh, std::span<const std::uint32_t> first, Tell tell, const WorkLimit* limit)
+  SelfIntersections(const MeshModel& mesh, std::span<const std::uint32_t> first, Report report, const WorkLimit* limit)
       : PairVisitor(limit),
         mesh_(mesh),
         first_(first),
         test_(Pose{}, Pose{}, reach(mesh)),
         waiting_(mesh, mesh, test_),
-        tell_(tell) {}
+        report_(report) {}
 
   bool visit(std::uint32_t i, std::uint32_t j) override {
     if (!share_vertex(mesh_.triangles[i], mesh_.triangles[j]) && waiting_.add(i, j)) decide();
@@ -34,7 +34,7 @@ class SelfIntersections final : public PairVisitor {
   void decide() {
     meter.spend(4);  // some twenty comparisons
     waiting_.decide([this](std::uint32_t i, std::uint32_t j, bool meet) {
-      if (meet && !ended_) ended_ = !tell_(Pair{i, j});
+      if (meet && !ended_) ended_ = !report_(Pair{i, j});
     });
   }
   bool ended() const { return ended_; }
@@ -52,7 +52,7 @@ class SelfIntersections final : public PairVisitor {
   const std::span<const std::uint32_t> first_;
   TriangleTest test_;
   WaitingPairs waiting_;
-  Tell tell_;
+  Report report_;
   bool ended_ = false;
 };
 
@@ -76,8 +76,8 @@ Pairs self_intersections(const MeshModel& mesh, std::span<const std::uint32_t> f
 
 SearchEnd visit_self_intersections(const MeshModel& mesh, std::span<const std::uint32_t> first,
                                    const std::function<bool(const Pair&)>& visitor, const SearchOptions& options) {
-  const auto tell = [&](const Pair& pair) { return visitor(pair); };
-  SelfIntersections its(mesh, first, tell, options.limit);
+  const auto report = [&](const Pair& pair) { return visitor(pair); };
+  SelfIntersections its(mesh, first, report, options.limit);
   return visit_in_turn(NearBoxPairs(mesh, 0), its, options, [&] {
     its.decide();
     return its.ended();
