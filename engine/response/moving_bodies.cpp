@@ -133,7 +133,7 @@ FastestTwo MovingBodies::fastest() const {
 bool MovingBodies::watch(const FastestTwo& of_all) {
   for (std::uint32_t i = 0; i < scene_->indices(); ++i) {
     if (scene_->continuous()[i] == 0 || scene_->is_static()[i] != 0 || takes_part_[i] == 0) continue;
-    if (!(length_[i] + of_all.of_others(length_[i]) > not_fast(i))) continue;
+    if (!(length_[i] + of_all.of_others(length_[i]) > least_fast_motion(i))) continue;
     place_[i] = static_cast<std::uint32_t>(legs_.size());
     watched_.push_back(i);
     legs_.push_back({0, whole(i), true, 0});
@@ -159,17 +159,17 @@ bool MovingBodies::may_meet(std::uint32_t a, std::uint32_t b, double t) const {
   // Of two bodies that both no longer follow their own motion, the faster one carries the other along, if that is
   // possible.
   if (!free_a && !free_b && !(watched_a && speed_a < speed_b) && !(watched_b && speed_b < speed_a)) return false;
-  return left(a, b, t) > not_fast(a, b) && allows(a, b);
+  return left(a, b, t) > least_fast_motion(a, b) && allows(a, b);
 }
 
-double MovingBodies::not_fast(std::uint32_t body) const {
+double MovingBodies::least_fast_motion(std::uint32_t body) const {
   const double radius = balls_[scene_->shape_indices()[body]].radius;
   return radius > 0 ? fast_motion * radius : fast_surface * scene_->shape_of(body).size();
 }
 
-double MovingBodies::not_fast(std::uint32_t a, std::uint32_t b) const {
-  if (!is_watched(a)) return not_fast(b);
-  return is_watched(b) ? std::min(not_fast(a), not_fast(b)) : not_fast(a);
+double MovingBodies::least_fast_motion(std::uint32_t a, std::uint32_t b) const {
+  if (!is_watched(a)) return least_fast_motion(b);
+  return is_watched(b) ? std::min(least_fast_motion(a), least_fast_motion(b)) : least_fast_motion(a);
 }
 
 double MovingBodies::left(std::uint32_t a, std::uint32_t b, double t) const {
@@ -240,7 +240,7 @@ std::optional<FirstTouch> MovingBodies::meet(std::uint32_t a, std::uint32_t b, d
   auto first = whole_meet(a, b, t, touching);
   if (!touching) return first;
   // They may separate at once, and touch elsewhere.
-  const double soon = t + (1 - t) * std::min(1.0, not_fast(a, b) / left(a, b, t));
+  const double soon = t + (1 - t) * std::min(1.0, least_fast_motion(a, b) / left(a, b, t));
   first = whole_meet(a, b, soon, touching);
   return touching ? cores_meet(a, b, t, soon) : first;
 }

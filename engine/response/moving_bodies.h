@@ -79,8 +79,8 @@ class MovingBodies {
   Motion whole(std::uint32_t body) const;
   bool allows(std::uint32_t a, std::uint32_t b) const;
   /// Metres: pairs that move less together are not examined.
-  double not_fast(std::uint32_t body) const;
-  double not_fast(std::uint32_t a, std::uint32_t b) const;
+  double least_fast_motion(std::uint32_t body) const;
+  double least_fast_motion(std::uint32_t a, std::uint32_t b) const;
   /// The largest relative motion of points of the two from t on, metres.
   double left(std::uint32_t a, std::uint32_t b, double t) const;
   std::optional<FirstTouch> whole_meet(std::uint32_t a, std::uint32_t b, double t, bool& touching) const;

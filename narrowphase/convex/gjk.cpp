@@ -143,7 +143,7 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
 
 GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start) {
   GjkResult r = descend(d, tolerance, beyond, within, start);
-  if (r.simplex.count > 0) weigh(r.simplex);
+  if (r.simplex.count > 0) set_weights(r.simplex);
   return r;
 }
 

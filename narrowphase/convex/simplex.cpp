@@ -134,7 +134,7 @@ void keep_nearest(Simplex& s, const NearestOnSimplex& n) {
   s = r;
 }
 
-void weigh(Simplex& s) {
+void set_weights(Simplex& s) {
   NearestOnSimplex n = nearest_to_origin(s);
   if (!n.inside) return keep_nearest(s, n);
   n = nearest_on_sides(s);  // for flat tetrahedra, where the origin lies near a side

@@ -37,7 +37,7 @@ NearestOnSimplex nearest_on_sides(const Simplex& s);
 void keep_nearest(Simplex& s, const NearestOnSimplex& n);
 
 /// Sets the weights for the point nearest the origin, and keeps at most 3 points.
-void weigh(Simplex& s);
+void set_weights(Simplex& s);
 
 /// Sets both points of the answer by the weights: combinations of either shape's points, so that they lie on both.
 void set_points(const Simplex& s, LocalAnswer& answer);

@@ -24,7 +24,7 @@ class WidestPoints {
       : p_(contacts),
         slack_(tolerance::alike * size),
         axis_(contacts[0].normal),
-        tie_break_(uncommon(axis_)),
+        tie_break_(tie_break_direction(axis_)),
         meter_(meter) {}
 
   /// Chooses corners of the patch: along a direction, far from that one, off their line, outside of their triangle.
@@ -136,7 +136,7 @@ std::size_t WidestPoints::move_to_front() {
 
 }  // namespace
 
-Vec3 uncommon(const Vec3& axis) {
+Vec3 tie_break_direction(const Vec3& axis) {
   const Vec3 across = axis.cross(Vec3(0.3613, 0.4789, 0.8001));
   return across.squaredNorm() > 0.1 ? across : axis.cross(Vec3(0.8171, -0.5471, 0.1829));
 }

@@ -16,7 +16,7 @@ namespace tandem {
 
 /// A unit vector perpendicular to the axis, in a direction that no shape has by itself, nor any two of its corners:
 /// breaks ties between points equal along other directions.
-Vec3 uncommon(const Vec3& axis);
+Vec3 tie_break_direction(const Vec3& axis);
 
 /// Keeps at most 4 of the contacts from `first` on, all of about one normal: corners of a patch as wide as any, and the
 /// deepest; sorted by feature. Contacts equal to rounding (`size`: of the bodies) are ordered by position, not by their

@@ -78,10 +78,10 @@ struct DeformableMesh::Impl {
 };
 
 Extent DeformableMesh::Impl::checked_extent(std::span<const Vec3> vertices, const PartRunner& parts) const {
-  const std::size_t count = stretches(vertices.size(), elements_a_stretch);
+  const std::size_t count = chunks(vertices.size(), elements_per_chunk);
   std::vector<Extent> extents(count);
   std::vector<std::uint8_t> faulty(count, 0);
-  run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
+  run_chunks(parts, vertices.size(), elements_per_chunk, [&](std::size_t k, std::size_t begin, std::size_t end) {
     Extent own;  // a copy, kept in registers
     bool fault = false;
     for (std::size_t v = begin; v < end; ++v) {
@@ -91,7 +91,7 @@ Extent DeformableMesh::Impl::checked_extent(std::span<const Vec3> vertices, cons
     extents[k] = own, faulty[k] = fault ? 1 : 0;
   });
   if (const auto part = std::find(faulty.begin(), faulty.end(), 1); part != faulty.end())
-    for (auto v = static_cast<std::size_t>(part - faulty.begin()) * elements_a_stretch;; ++v)
+    for (auto v = static_cast<std::size_t>(part - faulty.begin()) * elements_per_chunk;; ++v)
       if (!is_place(vertices[v])) refuse_place(v, vertices[v]);
   Extent all;
   for (const Extent& extent : extents) all.add(extent);
@@ -182,7 +182,7 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
         refuse_vertices("the mesh is closed, but its volume is " + std::to_string(*volume) +
                         "; it must not be negative: it was turned inside out");
     copies = true;
-    run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+    run_chunks(parts, vertices.size(), elements_per_chunk, [&](std::size_t, std::size_t begin, std::size_t end) {
       std::copy(vertices.data() + begin, vertices.data() + end, mesh.vertices.data() + begin);
     });
     const MeshRefit::Report report = impl.refit.rebuild_worn(mesh, parts);

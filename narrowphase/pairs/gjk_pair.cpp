@@ -242,7 +242,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     return answer;
   }
   const bool weighs = r.end == GjkResult::End::inside ? !is_solid(d, r.simplex) : !polytopes;
-  if (r.simplex.count > 0 && weighs) weigh(r.simplex);
+  if (r.simplex.count > 0 && weighs) set_weights(r.simplex);
   CoreDistance core;
   if (r.end == GjkResult::End::separated) {
     core.distance = r.upper;

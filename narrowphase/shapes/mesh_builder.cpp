@@ -76,16 +76,15 @@ std::vector<MeshModel::Component> extremes_of_components(const MeshModel& mesh,
 }
 
 double six_volumes(const MeshModel& mesh, std::span<const Vec3> vertices, const Vec3& about, const PartRunner& parts) {
-  std::vector<double> sums(stretches(mesh.triangles.size(), elements_a_stretch), 0);
-  run_stretches(parts, mesh.triangles.size(), elements_a_stretch,
-                [&](std::size_t k, std::size_t begin, std::size_t end) {
-                  double sum = 0;
-                  for (std::size_t i = begin; i < end; ++i) {
-                    const auto& t = mesh.triangles[i];
-                    sum += (vertices[t[0]] - about).dot((vertices[t[1]] - about).cross(vertices[t[2]] - about));
-                  }
-                  sums[k] = sum;
-                });
+  std::vector<double> sums(chunks(mesh.triangles.size(), elements_per_chunk), 0);
+  run_chunks(parts, mesh.triangles.size(), elements_per_chunk, [&](std::size_t k, std::size_t begin, std::size_t end) {
+    double sum = 0;
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto& t = mesh.triangles[i];
+      sum += (vertices[t[0]] - about).dot((vertices[t[1]] - about).cross(vertices[t[2]] - about));
+    }
+    sums[k] = sum;
+  });
   return std::accumulate(sums.begin(), sums.end(), 0.0);
 }
 
@@ -147,8 +146,8 @@ bool covers_hull(const MeshModel& mesh, const WorkLimit* limit) {
 
 // The index of the first vertex that is not finite; the number of vertices if all are.
 std::size_t first_not_finite(const std::vector<Vec3>& vertices, const PartRunner& parts) {
-  std::vector<std::size_t> first(stretches(vertices.size(), elements_a_stretch), vertices.size());
-  run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
+  std::vector<std::size_t> first(chunks(vertices.size(), elements_per_chunk), vertices.size());
+  run_chunks(parts, vertices.size(), elements_per_chunk, [&](std::size_t k, std::size_t begin, std::size_t end) {
     for (std::size_t i = begin; i < end && first[k] == vertices.size(); ++i)
       if (!vertices[i].allFinite()) first[k] = i;
   });
@@ -169,17 +168,16 @@ Extent checked_extent(const Mesh& mesh, const PartRunner& parts) {
     Extent extent{};
     std::size_t faulty = no_index;  // the first faulty triangle
   };
-  std::vector<Some> some(stretches(mesh.triangles.size(), elements_a_stretch));
-  run_stretches(parts, mesh.triangles.size(), elements_a_stretch,
-                [&](std::size_t k, std::size_t begin, std::size_t end) {
-                  for (std::size_t i = begin; i < end && some[k].faulty == no_index; ++i)
-                    for (const std::uint32_t v : mesh.triangles[i]) {
-                      if (v < mesh.vertices.size())
-                        some[k].extent.add(mesh.vertices[v]);
-                      else
-                        some[k].faulty = std::min(some[k].faulty, i);
-                    }
-                });
+  std::vector<Some> some(chunks(mesh.triangles.size(), elements_per_chunk));
+  run_chunks(parts, mesh.triangles.size(), elements_per_chunk, [&](std::size_t k, std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end && some[k].faulty == no_index; ++i)
+      for (const std::uint32_t v : mesh.triangles[i]) {
+        if (v < mesh.vertices.size())
+          some[k].extent.add(mesh.vertices[v]);
+        else
+          some[k].faulty = std::min(some[k].faulty, i);
+      }
+  });
   Extent box;
   for (const Some& s : some) {
     box.add(s.extent);

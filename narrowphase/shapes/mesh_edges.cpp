@@ -48,14 +48,13 @@ class SideLists {
   SideLists(const MeshModel& mesh, const std::vector<std::uint32_t>& first, const PartRunner& parts, BuildMeter& meter)
       : mesh_(mesh), first_(first), last_(mesh.vertices.size(), no_index), before_(3 * mesh.triangles.size()) {
     const bool shared = static_cast<bool>(parts);
-    run_stretches(parts, mesh.triangles.size(), elements_a_stretch,
-                  [&](std::size_t, std::size_t begin, std::size_t end) {
-                    meter.spend(0);
-                    for (std::size_t side = 3 * begin; side < 3 * end; ++side) {
-                      const auto [p, q] = ends(side);
-                      if (p != q) before_[side] = put(last_[std::min(p, q)], static_cast<std::uint32_t>(side), shared);
-                    }
-                  });
+    run_chunks(parts, mesh.triangles.size(), elements_per_chunk, [&](std::size_t, std::size_t begin, std::size_t end) {
+      meter.spend(0);
+      for (std::size_t side = 3 * begin; side < 3 * end; ++side) {
+        const auto [p, q] = ends(side);
+        if (p != q) before_[side] = put(last_[std::min(p, q)], static_cast<std::uint32_t>(side), shared);
+      }
+    });
   }
 
   std::size_t vertices() const { return last_.size(); }
@@ -130,8 +129,8 @@ std::string why_open(const MeshModel& mesh, std::uint32_t lo, std::span<const Tr
 }
 
 Survey survey_edges(MeshModel& mesh, const SideLists& lists, const PartRunner& parts, BuildMeter& meter) {
-  std::vector<Survey> some(stretches(lists.vertices(), elements_a_stretch));
-  run_stretches(parts, lists.vertices(), elements_a_stretch, [&](std::size_t k, std::size_t begin, std::size_t end) {
+  std::vector<Survey> some(chunks(lists.vertices(), elements_per_chunk));
+  run_chunks(parts, lists.vertices(), elements_per_chunk, [&](std::size_t k, std::size_t begin, std::size_t end) {
     meter.spend(0);
     lists.each_edge(begin, end, [&](std::uint32_t lo, std::span<const TriangleSide> sides) {
       const std::size_t down = count_down(sides);
@@ -251,7 +250,7 @@ MeshModel::Neighbours find_neighbours(const MeshModel& mesh, const WorkLimit* li
   }
   const SideLists lists(mesh, first, {}, meter);
   MeshModel::Neighbours neighbours(mesh.triangles.size(), {no_index, no_index, no_index});
-  run_stretches({}, lists.vertices(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+  run_chunks({}, lists.vertices(), elements_per_chunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     meter.spend(0);
     lists.each_edge(begin, end, [&](std::uint32_t, std::span<const TriangleSide> sides) {
       const std::size_t down = count_down(sides);

@@ -18,7 +18,7 @@ namespace tandem {
 namespace {
 using Lanes = FourFloats;
 
-constexpr std::size_t corners_a_stretch = 8192;
+constexpr std::size_t corners_per_chunk = 8192;
 
 // The content of a subtree: its box, and the covariance of its corners.
 struct Content {
@@ -254,7 +254,7 @@ void place_corners(const MeshModel& mesh, std::span<const Vec3> vertices, const 
   const std::size_t count = vertices.size();
   const double scale = 1 / mesh.unit;
   corners.resize(count);
-  run_stretches(parts, count, corners_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+  run_chunks(parts, count, corners_per_chunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) {
       const Vec3 p = (vertices[v] - mesh.centre) * scale;
       corners[v] = Lanes{static_cast<float>(p.x()), static_cast<float>(p.y()), static_cast<float>(p.z()), 0};
@@ -271,7 +271,7 @@ HierarchyTree build_subtree(const MeshModel& mesh, std::span<const FourFloats> c
 
 void build_hierarchy(MeshModel& mesh, const PartRunner& parts, BuildMeter& meter) {
   mesh.order.resize(mesh.triangles.size());
-  run_stretches(parts, mesh.order.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+  run_chunks(parts, mesh.order.size(), elements_per_chunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     std::iota(mesh.order.data() + begin, mesh.order.data() + end, static_cast<std::uint32_t>(begin));
   });
   HierarchyTree tree = build_subtree(mesh, corners_in_units(mesh, parts), mesh.order, 0, 1, parts, meter);

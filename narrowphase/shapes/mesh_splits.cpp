@@ -178,8 +178,8 @@ class Splitter {
         runner_(parts),
         meter_(meter) {
     whole_.end = size_;
-    std::vector<FlatBox> centres(stretches(size_, shared_above));
-    run_stretches(parts, size_, shared_above, [&](std::size_t k, std::size_t begin, std::size_t end) {
+    std::vector<FlatBox> centres(chunks(size_, shared_above));
+    run_chunks(parts, size_, shared_above, [&](std::size_t k, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) {
         const auto& t = mesh.triangles[triangles[i]];
         const Lanes p = corners[t[0]], q = corners[t[1]], r = corners[t[2]];
@@ -198,7 +198,7 @@ class Splitter {
   }
 
   void give_order(std::span<std::uint32_t> triangles) const {
-    run_stretches(runner_, size_, shared_above, [&](std::size_t, std::size_t begin, std::size_t end) {
+    run_chunks(runner_, size_, shared_above, [&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i) triangles[i] = references_[i].triangle();
     });
   }
@@ -279,8 +279,8 @@ class Splitter {
       all.add(grid, &references_[r.begin], &references_[r.begin] + r.size());
       return all;
     }
-    std::vector<Binning> some(stretches(r.size(), shared_above));
-    run_stretches(runner_, r.size(), shared_above, [&](std::size_t k, std::size_t begin, std::size_t end) {
+    std::vector<Binning> some(chunks(r.size(), shared_above));
+    run_chunks(runner_, r.size(), shared_above, [&](std::size_t k, std::size_t begin, std::size_t end) {
       meter_.spend(0);
       some[k].add(grid, &references_[r.begin] + begin, &references_[r.begin] + end);
     });
@@ -312,8 +312,8 @@ class Splitter {
       FlatBox left{}, right{};
     };
     const auto survey = [&](const Range& side, bool is_left) {
-      std::vector<Some> some(stretches(side.size(), shared_above));
-      run_stretches(runner_, side.size(), shared_above, [&](std::size_t k, std::size_t begin, std::size_t end) {
+      std::vector<Some> some(chunks(side.size(), shared_above));
+      run_chunks(runner_, side.size(), shared_above, [&](std::size_t k, std::size_t begin, std::size_t end) {
         meter_.spend(0);
         for (std::size_t i = side.begin + begin; i < side.begin + end; ++i) {
           const bool to_left = goes_left(references_[i]);
@@ -330,7 +330,7 @@ class Splitter {
     };
     const Range on_left = left, on_right = right;
     const std::vector<std::uint32_t> in_left = survey(on_left, true), in_right = survey(on_right, false);
-    run_stretches(runner_, in_left.size(), shared_above, [&](std::size_t, std::size_t begin, std::size_t end) {
+    run_chunks(runner_, in_left.size(), shared_above, [&](std::size_t, std::size_t begin, std::size_t end) {
       for (std::size_t i = begin; i < end; ++i)
         std::swap(references_[in_left[i]], references_[in_right[in_right.size() - 1 - i]]);
     });

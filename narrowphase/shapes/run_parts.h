@@ -13,15 +13,15 @@ inline void run_parts(const PartRunner& runner, std::size_t parts, const std::fu
 }
 
 /// The number of ranges of at most `most` elements in an array of `count`.
-inline std::size_t stretches(std::size_t count, std::size_t most) { return (count + most - 1) / most; }
+inline std::size_t chunks(std::size_t count, std::size_t most) { return (count + most - 1) / most; }
 
 /// Vertices or triangles that a thread takes at a time: some tens of microseconds of work.
-inline constexpr std::size_t elements_a_stretch = 16'384;
+inline constexpr std::size_t elements_per_chunk = 16'384;
 
 /// Calls work(k, begin, end) for each range k of the array.
 template <class Work>
-void run_stretches(const PartRunner& runner, std::size_t count, std::size_t most, const Work& work) {
-  run_parts(runner, stretches(count, most), [&](std::size_t k) { work(k, k * most, std::min(count, (k + 1) * most)); });
+void run_chunks(const PartRunner& runner, std::size_t count, std::size_t most, const Work& work) {
+  run_parts(runner, chunks(count, most), [&](std::size_t k) { work(k, k * most, std::min(count, (k + 1) * most)); });
 }
 
 }  // namespace tandem

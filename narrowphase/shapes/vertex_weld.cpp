@@ -63,7 +63,7 @@ std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices, const PartRun
   VertexTable table(vertices);
   std::vector<std::uint32_t> first(vertices.size());
   UninitialisedList<std::size_t> slots(vertices.size());
-  run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+  run_chunks(parts, vertices.size(), elements_per_chunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     if (meter != nullptr) meter->spend(0);
     for (std::size_t v = begin; v < end; ++v) slots[v] = hash_of(vertices[v]) & table.mask();
     // For vertices in no order each search is a cache miss, so it is prefetched long before.
@@ -73,7 +73,7 @@ std::vector<std::uint32_t> weld(const std::vector<Vec3>& vertices, const PartRun
       slots[v] = table.add(static_cast<std::uint32_t>(v), slots[v]);
     }
   });
-  run_stretches(parts, vertices.size(), elements_a_stretch, [&](std::size_t, std::size_t begin, std::size_t end) {
+  run_chunks(parts, vertices.size(), elements_per_chunk, [&](std::size_t, std::size_t begin, std::size_t end) {
     for (std::size_t v = begin; v < end; ++v) first[v] = table.first_in(slots[v]);
   });
   return first;

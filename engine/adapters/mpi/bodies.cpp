@@ -560,7 +560,7 @@ bool Bodies::has_copy(std::uint32_t index, int rank) const {
   return place != no_edge && std::binary_search(edges_[place].copies.begin(), edges_[place].copies.end(), rank);
 }
 
-void Bodies::lend(std::uint32_t index, int rank, Message& message) {
+void Bodies::write_missing_copy(std::uint32_t index, int rank, Message& message) {
   const bool is_calm = edge_of_[index] == no_edge;
   Edge& one = edge(index);
   if (is_calm) one.box = box_now(index, 0);
@@ -572,7 +572,7 @@ void Bodies::lend(std::uint32_t index, int rank, Message& message) {
   put_body(message, Item::body, index);
 }
 
-void Bodies::borrow(RankMessage& message) {
+void Bodies::take_missing_copies(RankMessage& message) {
   while (!message.content.done()) {
     if (message.content.take<Item>() != Item::body) throw std::logic_error("something else came among lent bodies");
     const std::uint32_t index = take_body(message.content, false);
@@ -658,7 +658,7 @@ void Bodies::forget_past() {
 
 /// Makes both directions known: a rank that has sent this rank a message, possibly without getting one, will be sent
 /// messages from now on.
-void Bodies::know_neighbours(bool recut) {
+void Bodies::add_neighbours(bool recut) {
   if (recut) {
     neighbours_.clear();
     std::fill(is_neighbour_.begin(), is_neighbour_.end(), std::uint8_t{0});
@@ -700,7 +700,7 @@ Bodies::Sent Bodies::exchange(bool recut, bool expected) {
     communicator_.exchange(messages, received_);
   sent.got = Clock::now();
   cpu = cpu_ms();
-  if (!expected) know_neighbours(recut);
+  if (!expected) add_neighbours(recut);
   used_ = 0;
   for (RankMessage& message : received_) take(message);
   sent.end = Clock::now();

@@ -114,9 +114,9 @@ class Bodies {
   // Between two exchanges a rank may need a body that it does not have. True if a rank has a copy:
   bool has_copy(std::uint32_t index, int rank) const;
   /// Writes an owned body to a rank that has no copy; if the body moves, the next exchange decides anew who needs one.
-  void lend(std::uint32_t index, int rank, Message& message);
-  /// Takes the bodies that other ranks have lent.
-  void borrow(RankMessage& message);
+  void write_missing_copy(std::uint32_t index, int rank, Message& message);
+  /// Stores the copies that other ranks have written.
+  void take_missing_copies(RankMessage& message);
 
   /// The rank that owns a body that is on this rank.
   int owner(std::uint32_t index) const {
@@ -189,7 +189,7 @@ class Bodies {
   void renew(std::uint32_t index);
   void write_copies(const Edge& edge, int owner, std::span<const int> wanted);
   void give_to(int owner, std::uint32_t index, std::span<const int> wanted, bool stays);
-  void know_neighbours(bool recut);
+  void add_neighbours(bool recut);
   void take(RankMessage& message);
   Message& to(int rank);
   template <class Body>

@@ -221,7 +221,7 @@ std::size_t MotionStops::limit(std::span<Pose> ends) {
 
 /// Four numbers for each stop: the owners of its bodies and the rank that reports it, each counted from 1; and whether
 /// with contacts.
-std::vector<std::uint64_t> MotionStops::who_has(const ContactList& found) const {
+std::vector<std::uint64_t> MotionStops::owners_and_reporters(const ContactList& found) const {
   std::vector<std::uint64_t> who(4 * stops_.size());
   const auto own = static_cast<std::uint64_t>(communicator_.rank()) + 1;
   std::map<IdPair, std::size_t> places;
@@ -241,8 +241,8 @@ std::vector<std::uint64_t> MotionStops::who_has(const ContactList& found) const 
   return who;
 }
 
-/// Lends the second body of a pair that no rank reports to the owner of the first.
-void MotionStops::lend(std::span<const std::uint64_t> who) {
+/// Sends a copy of the second body of a pair that no rank reports to the owner of the first.
+void MotionStops::send_missing_copies(std::span<const std::uint64_t> who) {
   Outbox outbox(communicator_.ranks());
   bool any = false;
   for (std::size_t s = 0; s < stops_.size(); ++s) {
@@ -252,15 +252,15 @@ void MotionStops::lend(std::span<const std::uint64_t> who) {
     const int to = static_cast<int>(owner_a) - 1;
     if (static_cast<int>(owner_b) - 1 != communicator_.rank()) continue;
     const std::uint32_t index = bodies_.place(stops_[s].b).value();
-    if (!bodies_.has_copy(index, to)) bodies_.lend(index, to, outbox.to(to));
+    if (!bodies_.has_copy(index, to)) bodies_.write_missing_copy(index, to, outbox.to(to));
   }
   if (!any) return;
-  for (RankMessage& message : communicator_.exchange(outbox, bytes_, messages_)) bodies_.borrow(message);
+  for (RankMessage& message : communicator_.exchange(outbox, bytes_, messages_)) bodies_.take_missing_copies(message);
 }
 
 const ContactList& MotionStops::with_contacts(const ContactList& found) {
-  const std::vector<std::uint64_t> who = who_has(found);
-  lend(who);
+  const std::vector<std::uint64_t> who = owners_and_reporters(found);
+  send_missing_copies(who);
   elsewhere_.clear();
   with_stopped_ = found;
   const Scene& scene = bodies_.scene();

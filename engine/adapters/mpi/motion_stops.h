@@ -70,8 +70,8 @@ class MotionStops {
   std::vector<Zone> new_zones() const;
   void answer(std::span<Pose> ends);
   void send_stops();
-  std::vector<std::uint64_t> who_has(const ContactList& found) const;
-  void lend(std::span<const std::uint64_t> who);
+  std::vector<std::uint64_t> owners_and_reporters(const ContactList& found) const;
+  void send_missing_copies(std::span<const std::uint64_t> who);
 
   Communicator& communicator_;
   Bodies& bodies_;

@@ -396,7 +396,7 @@ void Pipeline::Impl::rebalance(Report& report) {
   }
 }
 
-void Pipeline::Impl::recut_now() {
+void Pipeline::Impl::rebalance_now() {
   if (communicator.ranks() == 1 || !regions.is_cut()) return;
   const bool known = costs.known(bodies);
   std::uint64_t all_known[] = {known ? 0u : 1u};
@@ -503,7 +503,7 @@ void Pipeline::set_continuous(GlobalId id, bool continuous) {
   impl_->changes.push_back(change);
 }
 
-void Pipeline::rebalance() { impl_->recut_now(); }
+void Pipeline::rebalance() { impl_->rebalance_now(); }
 void Pipeline::begin_anew() { impl_->kept.begin_anew(); }
 Report Pipeline::step() { return impl_->step(); }
 

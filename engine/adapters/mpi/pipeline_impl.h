@@ -48,7 +48,7 @@ struct Pipeline::Impl {
   void detect(Report& report);
   void put_together(Report& report);
   void rebalance(Report& report);
-  void recut_now();
+  void rebalance_now();
 
   Options options;
   mutable Communicator communicator;

@@ -98,7 +98,7 @@ void SharedBodies::link_pairs() {
 }
 
 /// After a pair got its colour: the body's next pair on this rank no longer waits for it.
-void SharedBodies::let_go(std::uint32_t side) {
+void SharedBodies::release(std::uint32_t side) {
   if (side != none && --waits_[side / 2] == 0) ready_.push_back(side / 2);
 }
 
@@ -115,7 +115,7 @@ void SharedBodies::pass_on(SharedBody& body) {
     receivers.erase(std::unique(receivers.begin(), receivers.end()), receivers.end());
     std::erase(receivers, communicator_.rank());
   } else if (body.ranks[known] == communicator_.rank()) {
-    return let_go(next_of_[body.index]);
+    return release(next_of_[body.index]);
   } else {
     receivers.push_back(body.ranks[known]);
   }
@@ -143,7 +143,7 @@ void SharedBodies::colour_ready(std::vector<std::uint32_t>& colours) {
       taken_[body].take(colour);
       next_of_[body] = next_side_[2 * p + k];
       if (s == none) {
-        let_go(next_of_[body]);
+        release(next_of_[body]);
       } else {
         shared_[s].colours.push_back(colour);
         pass_on(shared_[s]);
@@ -166,7 +166,7 @@ void SharedBodies::take(Message& message) {
     if (known == body.ranks.size())
       ++complete_;
     else
-      let_go(next_of_[index]);
+      release(next_of_[index]);
   }
 }
 

@@ -62,7 +62,7 @@ class SharedBodies {
   };
 
   void link_pairs();
-  void let_go(std::uint32_t side);
+  void release(std::uint32_t side);
   void colour_ready(std::vector<std::uint32_t>& colours);
   void pass_on(SharedBody& body);
   void take(Message& message);

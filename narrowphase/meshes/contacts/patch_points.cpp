@@ -92,7 +92,7 @@ List<const RidgeSpan*> farthest_spans(std::span<const RidgeSpan> spans, const Ve
   out.reserve(spans.size());
   for (const RidgeSpan& s : spans) out.push_back(&s);
   if (spans.size() <= span_limit) return out;
-  const Vec3 tie_break = uncommon(n);
+  const Vec3 tie_break = tie_break_direction(n);
   const auto reach = [&](const RidgeSpan* s) { return std::round(std::max(n.dot(s->p), n.dot(s->q)) / slack); };
   const auto aside = [&](const RidgeSpan* s) { return tie_break.dot(s->p + s->q); };
   const auto last = out.begin() + span_limit;
@@ -109,7 +109,7 @@ class DepthProbe {
  public:
   DepthProbe(const Facets& facets, const Vec3& n, const WorkLimit* limit, Memory memory)
       : n_(n), boxes_{List<Box>(memory), List<Box>(memory)}, flats_{List<Flat>(memory), List<Flat>(memory)} {
-    u_ = uncommon(n).normalized();
+    u_ = tie_break_direction(n).normalized();
     v_ = n.cross(u_);
     WorkMeter meter(limit);
     for (const std::size_t of_a : {std::size_t{1}, std::size_t{0}}) {
