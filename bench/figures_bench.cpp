@@ -371,7 +371,7 @@ json written(const Picture& picture, const std::vector<std::string>& figures) {
     if (sequential != nullptr) line["speedup"] = sequential->sum() / one.sum();
     if (!oracle.empty()) line["over_oracle"] = one.sum() / oracle_sum;
     line["strict_split"] = one.is_strict_split;
-    // Of the many strict splits of many cores, the sums and the oracle are enough.
+    // For the many strict splits of many cores, the sums and the oracle are enough.
     if (!one.is_strict_split || picture.threads <= 8) line["ms"] = list(one.ms);
     if (!one.is_strict_split) {
       line["broad_threads"] = one.broad_threads;

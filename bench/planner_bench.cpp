@@ -1,3 +1,4 @@
+// The planner bench: verdicts, motions and clearances of robot arms, compared with FCL and Bullet.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Bullet as a contestant of the planner bench: btCollisionWorld.
 #include <BulletCollision/Gimpact/btGImpactCollisionAlgorithm.h>
 #include <btBulletCollisionCommon.h>
 

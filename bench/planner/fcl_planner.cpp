@@ -1,3 +1,4 @@
+// FCL as a contestant of the planner bench: its AABB tree manager.
 #include <fcl/broadphase/broadphase_dynamic_AABB_tree.h>
 #include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/collision_object.h>

@@ -1,3 +1,4 @@
+// The worlds of the planner bench: robot arms and obstacles.
 #include "planner/planner_world.h"
 
 #include <fmt/format.h>

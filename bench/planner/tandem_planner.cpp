@@ -1,3 +1,4 @@
+// tandem as a contestant of the planner bench: SceneQueries.
 #include <fmt/format.h>
 #include <oneapi/tbb/task_arena.h>
 

@@ -51,7 +51,7 @@ class ExactSum {
   static constexpr std::uint64_t low = 0xffffffffu;
   std::uint64_t& not_finite() { return words_.back(); }
 
-  // Of 32 digits each, with room for carries; the last counts numbers that are not finite.
+  // Digits of 32 bits, with room for carries; the last element counts numbers that are not finite.
   std::array<std::uint64_t, 69> words_{};
 };
 

@@ -156,8 +156,7 @@ bool MovingBodies::may_meet(std::uint32_t a, std::uint32_t b, double t) const {
   };
   const auto [free_a, speed_a] = state(a, watched_a);
   const auto [free_b, speed_b] = state(b, watched_b);
-  // Of two bodies that both no longer follow their own motion, the faster one carries the other along, if that is
-  // possible.
+  // If both bodies no longer follow their own motion, the faster one carries the other along, if that is possible.
   if (!free_a && !free_b && !(watched_a && speed_a < speed_b) && !(watched_b && speed_b < speed_a)) return false;
   return left(a, b, t) > least_fast_motion(a, b) && allows(a, b);
 }

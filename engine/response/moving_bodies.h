@@ -51,7 +51,7 @@ class MovingBodies {
   /// Takes the scene and the end poses, which must outlive the step. `own`: one an index, not 0: the body takes part;
   /// empty: all do.
   void begin(const Scene& scene, std::span<const Pose> ends, std::span<const std::uint8_t> own = {});
-  /// Of the bodies that take part.
+  /// The two fastest bodies of those that take part.
   FastestTwo fastest() const;
   /// Chooses the watched bodies, given the fastest of all bodies, also on other ranks; false: there are none.
   bool watch(const FastestTwo& of_all);

@@ -1,3 +1,4 @@
+// The executor `flowgraph`.
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/task_arena.h>
 

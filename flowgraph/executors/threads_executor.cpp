@@ -1,3 +1,4 @@
+// The executor `threads`.
 #include <atomic>
 #include <thread>
 #include <vector>

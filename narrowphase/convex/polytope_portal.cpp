@@ -54,7 +54,7 @@ class PortalSide {
     const double x = std::abs(ray.x) / view_.param[0], y = std::abs(ray.y) / view_.param[1],
                  z = std::abs(ray.z) / view_.param[2];
     const std::uint32_t k = x >= y ? (x >= z ? 0 : 2) : (y >= z ? 1 : 2);
-    // Of the face's corners, the one that the ray leans to, and its neighbours.
+    // The corner of the face to which the ray leans, and its neighbours.
     const auto bit = [](double along, std::uint32_t i) { return std::signbit(along) ? 1u << i : 0u; };
     const std::uint32_t at = bit(ray.x, 0) | bit(ray.y, 1) | bit(ray.z, 2);
     constexpr std::uint32_t beside[3][2] = {{2, 4}, {4, 1}, {1, 2}};

@@ -150,7 +150,7 @@ struct ClosingGap {
   double closing;  ///< per metre that B moves along `along`
 };
 
-/// Of a mesh with triangles on both sides of a plane those count that move towards it.
+/// The gap of a mesh and a plane: for a mesh on both sides of it, only triangles that move towards it count.
 ClosingGap gap_of_mesh_and_plane(const Posed& mesh, const Posed& plane, const Vec3& along, double radius,
                                  const WorkLimit* limit) {
   const PlaneInMesh seen(mesh.pose, plane);

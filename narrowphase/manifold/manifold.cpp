@@ -26,8 +26,8 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
     FlatFeature fa = best_face(a, n), fb = best_face(b, towards_a);
     move(fb, relative);
     const double flat_a = fa.is_face() ? fa.normal.dot(n) : 0, flat_b = fb.is_face() ? -fb.normal.dot(n) : 0;
-    // Of two faces equally aligned A's is the reference, except that a leaning disc is always the incident one: its
-    // deepest point must be among the points that remain.
+    // Two equally aligned faces: A's is the reference, except that a leaning disc is always the incident one, because
+    // its deepest point must remain.
     const bool as_flat = std::abs(flat_a - flat_b) <= tolerance::alike_cosines;
     const bool only_a_leans = as_flat && fa.lowest >= 0 && fb.lowest < 0;
     if (flat_a >= carries_patch && (as_flat || flat_a > flat_b) && !(only_a_leans && flat_b >= carries_patch)) {

@@ -131,7 +131,7 @@ DeformableMesh::Impl::Buffer DeformableMesh::Impl::take_free_buffer() {
   }
   others.push_back(std::move(current));
   current = std::move(next);
-  // Of unused buffers one is enough.
+  // One unused buffer is enough.
   std::size_t spare = 0;
   std::erase_if(others, [&](const Buffer& buffer) { return is_free(buffer) && spare++ > 0; });
   return before;

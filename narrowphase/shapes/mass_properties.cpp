@@ -12,7 +12,7 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// Of a body symmetric about the z axis, with the centre of mass at z.
+/// The mass properties of a body symmetric about the z axis, with the centre of mass at z.
 MassProperties symmetric(double volume, double xx, double yy, double zz, double z = 0) {
   return {volume, {0, 0, z}, Vec3(xx, yy, zz).asDiagonal()};
 }

@@ -68,7 +68,7 @@ Lanes most_of_rows(const Lanes* rows) {
 float least_of(Lanes v) { return std::min(std::min(v[0], v[2]), std::min(v[1], v[3])); }
 float most_of(Lanes v) { return std::max(std::max(v[0], v[2]), std::max(v[1], v[3])); }
 
-// Of the four lanes from l on, those below `lanes`; the others become 0.
+// The values of the four lanes from l on that are below `lanes`; 0 for the others.
 Lanes only_in_use(Lanes v, std::size_t l, std::uint32_t lanes) {
   using Bits = std::int32_t __attribute__((vector_size(16)));
   const auto first = static_cast<std::int32_t>(l), count = static_cast<std::int32_t>(lanes);

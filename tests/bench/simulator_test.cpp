@@ -110,7 +110,7 @@ TEST_CASE("simulator: waking, moving and slowing threads is paid for") {
   CHECK(run(step, Policy::conserving, 4, {2, 2}, {.slowdown = 1.2}) == Approx(1.2 * free).epsilon(0.02));
   CHECK(run(step, Policy::conserving, 4, {2, 2}, {.sharing = 1.2}) == Approx(1.2 * free).epsilon(0.02));
   CHECK(run(step, Policy::sequential, 1, {}, {.sharing = 1.2}) == Approx(step.work_ns()));
-  // Of two phases that take 1 and 7 parts of the time, the longer one is slowed only while the other lasts.
+  // The longer of two phases that take 1 and 7 parts of the time is slowed only while the other lasts.
   const MeasuredStep narrow = step_of(400, 40, 5000, 875);
   const double alone = run(narrow, Policy::strict, 2, {1, 1});
   CHECK(run(narrow, Policy::strict, 2, {1, 1}, {.slowdown = 1.2}) ==

@@ -167,7 +167,7 @@ TEST_CASE("step form: small steps stay on the caller unless none may") {
 
 TEST_CASE("step form: each gives the answer of a double loop, whatever was there before") {
   const tbb::global_control allow(tbb::global_control::max_allowed_parallelism, 16);
-  // Of several sizes: lists grow and shrink.
+  // Several sizes: lists grow and shrink.
   std::vector<std::unique_ptr<SyntheticWork>> works;
   for (const std::size_t n : {1200u, 40u, 1u, 900u, 1000u})
     works.push_back(std::make_unique<SyntheticWork>(n, 8.0f, 5));

@@ -57,7 +57,7 @@ class Reader {
     const bool is_public = file.string().find("/include/tandem/") != std::string::npos;
     const std::string name = file.filename().string(),
                       with_folder = file.parent_path().filename().string() + "/" + name;
-    // Of two public headers with the same name, an adapter's is named with its folder.
+    // An adapter's header with the name of another public header is named with its folder.
     for (const std::string& header : {with_folder, name})
       for (std::size_t i = 0; i < tree_.folders.size(); ++i) {
         const Folder& of_plan = tree_.folders[i];

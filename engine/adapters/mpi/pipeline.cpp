@@ -167,7 +167,7 @@ void Pipeline::Impl::apply_changes(Report& report) {
   send_changes(own);
 }
 
-/// Of an id that several ranks add the directory accepts one owner; the others remove theirs.
+/// Adds bodies. If several ranks add one id, the directory accepts one owner; the others remove theirs.
 void Pipeline::Impl::add_bodies(std::span<const Change> own) {
   const auto update_directory = [&] { bodies.directory().update([&](GlobalId id) { return bodies.owns_id(id); }); };
   update_directory();

@@ -159,8 +159,8 @@ List<FacePair> facing_pairs(const PosedMeshes& m, const Facets& facets, const Ve
     meter.spend(1 + static_cast<int>(facets[0].size() / 8));
     for (const Facet& g : facets[0]) {
       if (!(f.n.dot(g.n) > carries_patch)) continue;
-      // Of uniform thickness except for a small angle; and not deeper than wide, or nearly perpendicular: that would be
-      // less than half of the patch.
+      // The overlap must have uniform thickness except for a small angle, and be neither deeper than wide nor nearly
+      // perpendicular to the patch: otherwise it would be less than half of the patch.
       const double depth = f.n.dot(f.p[0] - g.p[0]), tilt = (f.n - g.n).norm();
       if (!(depth > -slack && depth < most && tilt * width <= std::max(slack, depth / 2))) continue;
       if (!area.isZero(0) && (depth > width || !(area.dot(f.n) > 0.1 * width * width))) continue;

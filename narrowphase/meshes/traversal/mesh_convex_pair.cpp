@@ -203,7 +203,7 @@ PairAnswer MeshConvexPair::nearest(double cutoff) const {
     const double interest = std::min(best.signed_distance, within) + slack();
     if (clear.beyond(p) > interest || plane_gap(p) > interest) return interest;
     if (bound(p).gap > interest) return interest;
-    // Of equally near triangles the first by index, so that the order of finding does not matter.
+    // The first by index of equally near triangles, so that the order of the search does not matter.
     const PairAnswer r = solve(p, Request::distance);
     if (r.signed_distance < best.signed_distance || (r.signed_distance == best.signed_distance && t < nearest)) {
       best = r;

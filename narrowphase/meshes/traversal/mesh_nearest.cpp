@@ -144,7 +144,7 @@ Nearest NearestSearch::operator()(double cutoff) {
     const MeshModel& mesh = down_a ? a_ : b_;
     const MeshNode& node = mesh.nodes[children.node];
     const std::size_t first = top;
-    // Of equals, as of overlapping boxes, the one whose centre is nearest.
+    // Equally near boxes, such as overlapping ones, are ordered by the distance of their centres.
     const auto away = [&](const Item& item) {
       return (middle_of(mesh, node, lane_of(down_a ? item.a : item.b)) - children.aligned_mid).squaredNorm();
     };
@@ -256,7 +256,7 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
   const PlacedTriangle &p = placed_of_a(i), &q = placed_of_b(j);
   const auto least = [](const Corners& t, const Vec3& d) { return std::min({d.dot(t[0]), d.dot(t[1]), d.dot(t[2])}); };
   if (least(q.corner, normal_) + least(p.corner, -normal_) > best_.distance + slack_) return;
-  // Of equally near pairs the first by index, so that the order of finding does not matter.
+  // The first by index of equally near pairs, so that the order of the search does not matter.
   Nearest found;
   found.leave_out_beyond(best_.distance);
   triangles_nearest(p, q, found);

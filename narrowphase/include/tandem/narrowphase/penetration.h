@@ -29,26 +29,26 @@ struct DepthBounds {
   bool incomplete = false;          ///< the limit ended the search: the bounds hold, but could have been better
 };
 
-/// Bounds on the depth. Where Request::distance knows the depth (Status::ok), it is that. Else, of two
-/// shapes that are each a mesh, a box or a hull, one of them solid, the translations are searched: `upper` is the
-/// shortest that was found to separate, and `lower` is proven by boxes of translations that cover all that are shorter,
-/// each of them shown to leave a point of A deeper in B, and in A, than the translations in the box differ (Lipschitz
-/// optimisation: Piyavskii 1972). The boxes nearest to none come first, so `lower` rises as long as the search goes on.
-/// Of other pairs the bounds are those of Request::distance.
+/// Bounds on the penetration depth. If Request::distance computes the exact depth (Status::ok), both bounds are it. For
+/// two shapes that are each a mesh, a box or a hull, at least one of them solid, the bounds come from a search over
+/// translations: `upper` is the shortest translation found that separates, and `lower` is proven by boxes of
+/// translations that cover all shorter ones; for each box a point of A remains deeper in B, and in A, than the
+/// translations in the box differ (Lipschitz optimisation: Piyavskii 1972). Boxes near the zero translation come first,
+/// so `lower` rises as long as the search goes on. Other pairs have the bounds of Request::distance.
 ///
-/// Where the translation leads is not asked: out of the side of a wall that was come in by or that of the other, or
-/// into a hole. What an inside is, of each shape:
-/// - a convex or round shape, and a solid mesh: all that its surface encloses; of a solid with thin walls the walls,
-///   not the hollow;
-/// - a mesh that is no solid, closed or not, and a triangle: none. Only its triangles count: a convex or round shape,
-///   or a solid, collides where one touches it or lies in it, and is apart on either side and within what it goes
-///   round;
-/// - of two surfaces neither: they collide where triangles meet, and what has come through altogether is apart.
-/// A mesh that is not closed is refused as a solid, and nothing is guessed where it would be one.
+/// The translation may lead anywhere: out of a thin solid on either side, or into a hole. The inside of a shape is:
+/// - for a convex or round shape, and a solid mesh: the volume that its surface encloses; for a hollow solid with thin
+///   walls the material of the walls, not the cavity;
+/// - for a mesh that is not solid, closed or not, and for a triangle: nothing. Only its triangles count: a convex or
+///   round shape, or a solid, collides if a triangle touches it or lies in it, and is separated on either side, also
+///   when the mesh encloses it;
+/// - for two surfaces: nothing. They collide where triangles intersect, and a surface that has passed through the other
+///   completely is separated.
+/// An open mesh is refused as a solid; no surface is guessed to close it.
 ///
-/// Depends on nothing but the arguments; exchanged shapes give the same bounds. Throws
-/// std::invalid_argument for half-spaces that no translation separates or a bad option. The last test of the
-/// translation, mostly one yes or no, is not ended by the limit.
+/// The result depends only on the arguments; exchanged shapes give the same bounds. Throws std::invalid_argument for
+/// half-spaces that no translation separates, and for an invalid option. The limit does not end the final verification
+/// of the translation, usually a single verdict.
 DepthBounds penetration_depth(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                               const DepthOptions& options = {});
 
