@@ -1,3 +1,4 @@
+// Threads that start one job at the same time.
 #pragma once
 #include <atomic>
 #include <functional>

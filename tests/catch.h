@@ -1,6 +1,6 @@
-#pragma once
 // Catch2 of version 2 or 3, whichever the system has, with the names of version 2: version 3 has no header of
 // everything, and its string matchers are in another namespace, one of them with another name.
+#pragma once
 #if __has_include(<catch2/catch_test_macros.hpp>)
 #include <catch2/catch_approx.hpp>
 #include <catch2/catch_test_macros.hpp>

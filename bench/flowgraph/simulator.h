@@ -1,3 +1,4 @@
+// A simulator of executors: replays measured block times on virtual cores.
 #pragma once
 #include <cstdint>
 #include <string_view>

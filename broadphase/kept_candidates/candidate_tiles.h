@@ -1,3 +1,4 @@
+// Compact storage of candidate pairs.
 #pragma once
 #include <array>
 #include <cstddef>

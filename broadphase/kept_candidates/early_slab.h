@@ -1,3 +1,4 @@
+// The first pairs of a step, found before the rest of the broad phase is prepared.
 #pragma once
 #include <algorithm>
 #include <array>

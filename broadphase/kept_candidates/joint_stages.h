@@ -1,3 +1,4 @@
+// Stages of blocks within one stage of a broad phase.
 #pragma once
 #include <array>
 #include <atomic>

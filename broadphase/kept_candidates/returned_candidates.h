@@ -1,3 +1,4 @@
+// Candidate pairs of bodies with renewed boxes.
 #pragma once
 #include "kept_candidates/returned_bodies.h"
 

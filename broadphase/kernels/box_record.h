@@ -1,3 +1,4 @@
+// A box in half a cache line.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// Kernels of the grid: slices, and the columns that boxes touch.
 #pragma once
 #include <algorithm>
 #include <array>

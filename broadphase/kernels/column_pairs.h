@@ -1,3 +1,4 @@
+// Search for the overlapping pairs within a column of the grid.
 #pragma once
 #include <algorithm>
 #include <cstddef>

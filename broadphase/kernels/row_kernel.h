@@ -1,3 +1,4 @@
+// Kernel that tests one box against a range of boxes.
 #pragma once
 #include <cstddef>
 #include <cstdint>

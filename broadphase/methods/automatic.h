@@ -1,3 +1,4 @@
+// The broad phase `auto`: chooses a method for each step.
 #pragma once
 #include <string>
 

@@ -1,3 +1,4 @@
+// Searches among the boxes of a step.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// The broad phase `brute`: all pairs of boxes.
 #pragma once
 #include "methods/listed_method.h"
 #include "storage/memory.h"

@@ -1,3 +1,4 @@
+// The broad phase `bvh`: a bounding volume hierarchy joined with itself.
 #pragma once
 #include <bit>
 

@@ -1,3 +1,4 @@
+// Methods whose candidates can be kept between steps, with their estimated costs.
 #pragma once
 #include <cstddef>
 

@@ -1,3 +1,4 @@
+// The broad phase `sweep`: sweep and prune along one axis.
 #pragma once
 #include "methods/listed_method.h"
 #include "storage/memory.h"

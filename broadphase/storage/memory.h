@@ -1,3 +1,4 @@
+// Memory of containers in bytes.
 #pragma once
 #include <cstddef>
 #include <vector>

@@ -1,3 +1,4 @@
+// A bounding volume hierarchy of boxes.
 #pragma once
 #include <array>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// A small sample of boxes, for the choice of parameters.
 #pragma once
 #include <array>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// Estimated costs of pairs.
 #pragma once
 #include <algorithm>
 #include <atomic>

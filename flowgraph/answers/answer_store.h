@@ -1,3 +1,4 @@
+// Storage of answers by thread.
 #pragma once
 #include <atomic>
 #include <cstddef>

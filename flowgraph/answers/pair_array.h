@@ -1,3 +1,4 @@
+// The shared array of pairs between broad and narrow phase.
 #pragma once
 #include <array>
 #include <atomic>

@@ -1,3 +1,4 @@
+// An identifier of the calling thread.
 #pragma once
 
 namespace tandem {

@@ -1,3 +1,4 @@
+// Worker threads that spin between steps.
 #pragma once
 #include <oneapi/tbb/task_arena.h>
 #include <oneapi/tbb/task_group.h>

@@ -1,3 +1,4 @@
+// A bounded queue of batches.
 #pragma once
 #include <oneapi/tbb/concurrent_queue.h>
 

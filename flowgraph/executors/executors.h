@@ -1,3 +1,4 @@
+// The executors' factories.
 #pragma once
 #include <functional>
 #include <memory>

@@ -1,3 +1,4 @@
+// The common prologue and epilogue of a step.
 #pragma once
 #include <cstdint>
 #include <functional>

@@ -1,3 +1,4 @@
+// The balance of threads between broad and narrow phase.
 #pragma once
 #include <cstdint>
 

@@ -1,3 +1,4 @@
+// A pool of batches.
 #pragma once
 #include <atomic>
 #include <cstddef>

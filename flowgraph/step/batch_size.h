@@ -1,3 +1,4 @@
+// The choice of the batch size.
 #pragma once
 #include <cstddef>
 

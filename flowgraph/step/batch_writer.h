@@ -1,3 +1,4 @@
+// Writes the pairs of tiles to batches.
 #pragma once
 #include <cstddef>
 #include <cstdint>

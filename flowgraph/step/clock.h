@@ -1,8 +1,7 @@
+// The clock by which steps are measured, and its units.
 #pragma once
 #include <chrono>
 #include <cstdint>
-
-// The clock by which steps are measured, and its units.
 
 namespace tandem {
 

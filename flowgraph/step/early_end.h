@@ -1,3 +1,4 @@
+// Early end of a step.
 #pragma once
 #include <atomic>
 #include <exception>

@@ -1,3 +1,4 @@
+// Measurements of a step.
 #pragma once
 #include <array>
 #include <atomic>

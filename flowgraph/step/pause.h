@@ -1,3 +1,4 @@
+// The pause instruction of spin loops.
 #pragma once
 #include <thread>
 

@@ -1,3 +1,4 @@
+// Work within a batch that several threads share.
 #pragma once
 #include <atomic>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// The choice of a step's form.
 #pragma once
 #include <array>
 #include <cstddef>

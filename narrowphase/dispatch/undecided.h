@@ -1,3 +1,4 @@
+// The distance up to which rounding may decide a verdict.
 #pragma once
 #include "tandem/narrowphase/shape.h"
 #include "tolerances.h"

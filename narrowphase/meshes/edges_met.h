@@ -1,3 +1,4 @@
+// A set of visited edges.
 #pragma once
 #include <algorithm>
 #include <array>

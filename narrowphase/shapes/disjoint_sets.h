@@ -1,3 +1,4 @@
+// Disjoint sets (union-find).
 #pragma once
 #include <algorithm>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// The memory resource of a query.
 #pragma once
 #include <memory_resource>
 

@@ -1,3 +1,4 @@
+// Sorting that observes a limit.
 #pragma once
 #include <algorithm>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// Starting points for searches on a hull by direction.
 #pragma once
 #include <algorithm>
 #include <array>

@@ -1,3 +1,4 @@
+// The support function of a hull's vertices in single precision.
 #pragma once
 #include <array>
 #include <cmath>

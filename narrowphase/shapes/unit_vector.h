@@ -1,3 +1,4 @@
+// Normalisation of vectors of any length.
 #pragma once
 #include "tandem/narrowphase/pose.h"
 #include "tolerances.h"

@@ -1,3 +1,4 @@
+// The bodies of a rank, and their exchange with other ranks.
 #pragma once
 #include <oneapi/tbb/task_arena.h>
 

@@ -1,3 +1,4 @@
+// CPU time of a thread.
 #pragma once
 #include <ctime>
 

@@ -1,3 +1,4 @@
+// The distributed directory of bodies' owners.
 #pragma once
 #include <cstdint>
 #include <functional>

@@ -1,3 +1,4 @@
+// The home rank of a pair.
 #pragma once
 #include <cstdint>
 

@@ -1,3 +1,4 @@
+// Messages with kept answers.
 #pragma once
 #include <utility>
 

@@ -1,3 +1,4 @@
+// Stops of continuous bodies on ranks.
 #pragma once
 #include <cstdint>
 #include <functional>

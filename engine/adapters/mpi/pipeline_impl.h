@@ -1,3 +1,4 @@
+// The private part of the pipeline on ranks.
 #pragma once
 #include <atomic>
 #include <chrono>

@@ -1,3 +1,4 @@
+// The decision when regions are recomputed.
 #pragma once
 #include <cstdint>
 #include <utility>

@@ -1,3 +1,4 @@
+// The regions of ranks, and the ranks whose regions a box overlaps.
 #pragma once
 #include <array>
 #include <span>

@@ -1,3 +1,4 @@
+// Bodies with pairs on several ranks, and the colours of their pairs.
 #pragma once
 #include <array>
 #include <cstdint>

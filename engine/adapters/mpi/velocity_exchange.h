@@ -1,3 +1,4 @@
+// The exchange of velocities between ranks during a solver iteration.
 #pragma once
 #include <cstdint>
 #include <span>

@@ -1,3 +1,4 @@
+// Distribution of work over the caller's threads.
 #pragma once
 #include <tbb/parallel_for.h>
 

@@ -1,3 +1,4 @@
+// The parts of the Python module.
 #pragma once
 #include <pybind11/pybind11.h>
 

@@ -1,3 +1,4 @@
+// Progress and timeout of building meshes from Python.
 #pragma once
 #include <pybind11/pybind11.h>
 

@@ -1,3 +1,4 @@
+// Contacts as numpy arrays.
 #pragma once
 #include <pybind11/numpy.h>
 

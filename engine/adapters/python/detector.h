@@ -1,3 +1,4 @@
+// A pipeline with a timeline, as Python sees it.
 #pragma once
 #include <memory>
 

@@ -1,3 +1,4 @@
+// Names of enumerators, and memory as a dict.
 #pragma once
 #include <pybind11/pybind11.h>
 

@@ -1,3 +1,4 @@
+// Structured numpy arrays.
 #pragma once
 #include <pybind11/numpy.h>
 

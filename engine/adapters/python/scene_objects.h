@@ -1,3 +1,4 @@
+// Scenes shared between Python objects, and ids of bodies as integers.
 #pragma once
 #include <pybind11/numpy.h>
 

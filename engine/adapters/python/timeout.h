@@ -1,3 +1,4 @@
+// Timeouts of Python calls.
 #pragma once
 #include <algorithm>
 #include <chrono>

@@ -1,3 +1,4 @@
+// One-line type errors of Python calls.
 #pragma once
 #include <pybind11/pybind11.h>
 

@@ -1,3 +1,4 @@
+// Axis-aligned boxes, and arrays of them by coordinate.
 #pragma once
 #include <array>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// Queries on boxes: overlap, ray, nearest; on a bounding volume hierarchy.
 #pragma once
 #include <array>
 #include <cstddef>

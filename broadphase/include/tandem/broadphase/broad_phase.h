@@ -1,3 +1,4 @@
+// The interface of broad phases: boxes in, all overlapping pairs out.
 #pragma once
 #include <cstddef>
 #include <functional>

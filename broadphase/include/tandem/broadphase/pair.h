@@ -1,3 +1,4 @@
+// A pair of bodies.
 #pragma once
 #include <compare>
 #include <cstddef>

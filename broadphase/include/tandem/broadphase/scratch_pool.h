@@ -1,3 +1,4 @@
+// A pool of working memory for concurrent calls.
 #pragma once
 #include <cstddef>
 #include <memory>

@@ -1,3 +1,4 @@
+// The built-in scenes.
 #pragma once
 #include <cstdint>
 #include <span>

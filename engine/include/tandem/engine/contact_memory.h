@@ -1,3 +1,4 @@
+// Begin and end of contacts, and user data kept with pairs and contact points.
 #pragma once
 #include <algorithm>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// Continuous collision detection for fast bodies: their motions are ended at the first contact.
 #pragma once
 #include <memory>
 #include <span>

@@ -1,3 +1,4 @@
+// A user's cost model of pairs.
 #pragma once
 #include <chrono>
 #include <functional>

@@ -1,3 +1,4 @@
+// A table of the pairs to be checked.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// The pipeline of a collision detection step: options, report and result.
 #pragma once
 #include <chrono>
 #include <functional>

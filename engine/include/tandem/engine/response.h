@@ -1,3 +1,4 @@
+// A contact response for rigid bodies: gravity, contacts and friction.
 #pragma once
 #include <memory>
 

@@ -1,3 +1,4 @@
+// A step as a node of a oneTBB flow graph.
 #pragma once
 #include <oneapi/tbb/flow_graph.h>
 

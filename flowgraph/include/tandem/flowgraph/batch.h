@@ -1,3 +1,4 @@
+// A batch of pairs with its answers.
 #pragma once
 #include <chrono>
 #include <cstddef>

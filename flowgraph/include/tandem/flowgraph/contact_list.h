@@ -1,3 +1,4 @@
+// The answer of a step: pairs and contacts in canonical order.
 #pragma once
 #include <cstdint>
 #include <span>

@@ -1,3 +1,4 @@
+// The interface of executors.
 #pragma once
 #include <cstddef>
 #include <functional>

@@ -1,3 +1,4 @@
+// Merges the answers of several threads into one list.
 #pragma once
 #include <atomic>
 #include <cstdint>

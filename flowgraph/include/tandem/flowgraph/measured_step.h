@@ -1,3 +1,4 @@
+// The measured costs of a step, as input of a simulated schedule.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// A sink that solves the pairs of tiles in batches, for user-defined executors.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// Kinds and options of executors.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// The execution report of a step.
 #pragma once
 #include <cstdint>
 #include <string_view>

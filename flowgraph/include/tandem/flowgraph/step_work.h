@@ -1,3 +1,4 @@
+// The work of a step as an executor sees it.
 #pragma once
 #include <chrono>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// Synthetic work for tests of executors and balancing rules.
 #pragma once
 #include <cstdint>
 #include <vector>

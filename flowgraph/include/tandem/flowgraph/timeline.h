@@ -1,3 +1,4 @@
+// A timeline of steps for trace viewers.
 #pragma once
 #include <chrono>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// Options for building a mesh's hierarchy.
 #pragma once
 #include <functional>
 

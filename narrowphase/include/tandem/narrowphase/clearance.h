@@ -1,3 +1,4 @@
+// Triangles of two bodies within a clearance, and zones of them.
 #pragma once
 #include <array>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// Meshes whose vertices move: refitting of the hierarchy, self-intersections, near features.
 #pragma once
 #include <array>
 #include <cstddef>

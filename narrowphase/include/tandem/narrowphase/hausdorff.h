@@ -1,3 +1,4 @@
+// The Hausdorff distance of two surfaces, with bounds.
 #pragma once
 #include <cstddef>
 

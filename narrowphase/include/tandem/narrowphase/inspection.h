@@ -1,3 +1,4 @@
+// Inspection of meshes: faults with their positions.
 #pragma once
 #include <array>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// The narrow phase: queries of two shapes with poses.
 #pragma once
 #include <array>
 #include <cstdint>

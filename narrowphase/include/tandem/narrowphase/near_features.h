@@ -1,3 +1,4 @@
+// Pairs of features of two meshes within a margin.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// Options of narrow-phase queries.
 #pragma once
 #include <limits>
 #include <memory_resource>

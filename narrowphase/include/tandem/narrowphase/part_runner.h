@@ -1,3 +1,4 @@
+// The interface by which work is distributed over a caller's threads.
 #pragma once
 #include <cstddef>
 #include <functional>

@@ -1,3 +1,4 @@
+// Penetration depth of two shapes, with bounds.
 #pragma once
 #include <cstddef>
 

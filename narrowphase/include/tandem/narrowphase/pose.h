@@ -1,3 +1,4 @@
+// Vectors, matrices and poses.
 #pragma once
 #include <Eigen/Core>
 #include <Eigen/Geometry>

@@ -1,3 +1,4 @@
+// Queries of many pairs at once.
 #pragma once
 #include <cstddef>
 #include <cstdint>

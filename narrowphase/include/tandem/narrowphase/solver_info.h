@@ -1,3 +1,4 @@
+// The table of solvers by kinds and request.
 #pragma once
 #include <cstdint>
 #include <string_view>

@@ -1,3 +1,4 @@
+// The triangles of a contact or of witness points.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// First impacts of vertices that move on straight lines.
 #pragma once
 #include <array>
 #include <cstdint>

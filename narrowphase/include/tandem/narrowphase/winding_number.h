@@ -1,3 +1,4 @@
+// Generalised winding numbers, and solids from open meshes.
 #pragma once
 #include <cstddef>
 #include <memory>

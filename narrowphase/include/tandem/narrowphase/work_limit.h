@@ -1,3 +1,4 @@
+// Limits that end queries early.
 #pragma once
 #include <chrono>
 #include <functional>

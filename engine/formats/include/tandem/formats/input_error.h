@@ -1,3 +1,4 @@
+// The exception for files that cannot be used.
 #pragma once
 #include <stdexcept>
 #include <string>

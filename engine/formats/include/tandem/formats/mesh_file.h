@@ -1,3 +1,4 @@
+// Reading and writing of mesh files.
 #pragma once
 #include <filesystem>
 #include <string_view>

@@ -1,3 +1,4 @@
+// Reading and writing of scene files.
 #pragma once
 #include <filesystem>
 

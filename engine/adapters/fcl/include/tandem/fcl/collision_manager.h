@@ -1,3 +1,4 @@
+// A broad-phase manager with FCL's interface.
 #pragma once
 #include <fcl/broadphase/broadphase_collision_manager.h>
 

@@ -1,3 +1,4 @@
+// Continuous collision queries with FCL's interface.
 #pragma once
 #include <fcl/narrowphase/continuous_collision_request.h>
 #include <fcl/narrowphase/continuous_collision_result.h>

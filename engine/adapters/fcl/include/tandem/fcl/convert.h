@@ -1,3 +1,4 @@
+// Conversion of FCL's geometries and transforms to shapes and poses.
 #pragma once
 #include <fcl/geometry/collision_geometry.h>
 

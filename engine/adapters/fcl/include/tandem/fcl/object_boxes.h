@@ -1,3 +1,4 @@
+// The boxes of FCL's objects, and the search for candidate pairs among them.
 #pragma once
 #include <array>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// Queries of registered objects with the cells of FCL's octrees.
 #pragma once
 #include <fcl/config.h>
 #if FCL_HAVE_OCTOMAP

@@ -1,3 +1,4 @@
+// Collision and distance queries of a pair with FCL's interface.
 #pragma once
 #include <fcl/narrowphase/collision_object.h>
 #include <fcl/narrowphase/collision_request.h>

@@ -1,3 +1,4 @@
+// Checkpoints: all bodies in one file, for any number of ranks.
 #pragma once
 #include <string>
 

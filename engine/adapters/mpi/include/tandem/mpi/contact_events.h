@@ -1,3 +1,4 @@
+// Begin and end of contacts on ranks.
 #pragma once
 #include <compare>
 #include <memory>

@@ -1,3 +1,4 @@
+// The pipeline of a step on MPI ranks.
 #pragma once
 #include <mpi.h>
 

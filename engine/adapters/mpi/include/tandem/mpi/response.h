@@ -1,3 +1,4 @@
+// The contact response on MPI ranks.
 #pragma once
 #include <functional>
 #include <memory>
