@@ -25,7 +25,7 @@ const char* name(PlannerQuestion question) {
                                                 : "clearance";
 }
 
-/// What a contestant answered, and the time of each round a question.
+/// The answers of a contestant, and the time of each round per query.
 struct AnswerTally {
   Samples time;
   std::vector<double> answers;

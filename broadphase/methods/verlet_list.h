@@ -63,7 +63,7 @@ class VerletList {
   void expect_only_changes() { next_only_changes_ = true; }
   std::size_t memory() const;
 
-  /// What a step does; known once all its stages but the last are done.
+  /// The work of a step, known before its last stage: from scratch, renewal of the list, or reuse.
   enum class Mode : std::uint8_t { scratch, renew, reuse };
   Mode mode() const { return mode_; }
   /// True if the method ran in the last step.

@@ -13,10 +13,10 @@
 
 namespace tandem {
 
-/// What ContinuousMotion does in a step, in pieces: for whoever has but a share of all bodies.
+/// The parts of ContinuousMotion's work in a step, for callers with a share of all bodies, such as a rank.
 ///
-/// Bodies that no box in which a watched one looks for others meets make no difference: they may be left out. At first
-/// that is where it goes by itself, around(); where it was stopped or taken along, strays().
+/// Only bodies that overlap the search box of a watched body matter; others may be left out. The search box is first
+/// that of the body's own motion, around(); after it was stopped or carried along, also strays().
 class FirstStops {
  public:
   explicit FirstStops(PairPredicate predicate) : bodies_(std::move(predicate)) {}

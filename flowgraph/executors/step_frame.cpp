@@ -1,4 +1,4 @@
-// What all executors of several threads do before and after a step: its form, its batch size, the balance of threads.
+// The common prologue and epilogue of multi-threaded executors: form of the step, batch size, balance of threads.
 #include "executors/step_frame.h"
 
 #include <string>

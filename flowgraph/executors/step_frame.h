@@ -32,8 +32,8 @@ class CallerAlone {
   std::vector<Batch*> waiting_;  // kept from step to step
 };
 
-/// What executors of several threads do around each step. The form of the step and the size of its batches are chosen
-/// from measurements of earlier steps, and a step of too little work is run on the caller alone.
+/// The common prologue and epilogue of multi-threaded executors: chooses the form of the step and the size of its
+/// batches from measurements of earlier steps, and runs a step with too little work on the caller alone.
 class StepFrame {
  public:
   /// `strict`: the two phases at once, no thread changes phase. `can_order`: StepForm::ordered may be chosen.

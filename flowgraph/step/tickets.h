@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// Which block of which stage is next, and how many are not done yet: threads take blocks of the open stage until none
+/// The next block and stage, and the number of pending blocks: threads take blocks of the open stage until none
 /// is left, and the thread that finishes the last one opens the next stage.
 class Tickets {
  public:

@@ -14,8 +14,8 @@ namespace tandem {
 template <std::size_t N>
 using Polygon = std::array<Vec3, N>;
 
-/// Such a polygon whose corners move on straight lines. Each number is a difference of two coordinates, rounded once;
-/// bounds on the errors of that and of later rounding are kept with it.
+/// A Polygon whose corners move on straight lines. Each number is a difference of two coordinates, rounded once; bounds
+/// on the errors of that and of later rounding are kept with it.
 template <std::size_t N>
 struct MovingPolygon {
   Polygon<N> from, to;      // corners at t = 0 and t = 1

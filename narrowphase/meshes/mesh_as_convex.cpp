@@ -13,8 +13,8 @@
 namespace tandem {
 namespace {
 
-// Which of two is replaced by the convex set that it bounds: a triangle before a mesh, a solid before a surface,
-// otherwise the second, which is no larger.
+// Chooses the shape that is replaced by the convex set that it bounds: a triangle before a mesh, a solid before a
+// surface, otherwise the second, which is no larger.
 bool first_is_convex(const Posed& a, const Posed& b, const WorkLimit* limit) {
   const auto rank = [limit](const Posed& s) {
     const MeshModel& mesh = mesh_of(s.shape);

@@ -82,7 +82,7 @@ struct MeshHull {
 /// when shared.
 struct MeshModel {
   std::vector<Vec3> vertices;
-  /// Those of a surface oriented alike, those of a closed one outward.
+  /// Triangles, consistently oriented if possible, those of a closed surface outward.
   std::vector<std::array<std::uint32_t, 3>> triangles;
   bool solid = false;
   /// The vertices may change (DeformableMesh): then the hull, the costliest data, is built only if an answer needs it,

@@ -12,7 +12,7 @@
 #include "tandem/engine/response.h"
 #include "tandem/mpi/pipeline.h"
 
-/// What the tests of ranks share: one-rank answers, and scenes on several.
+/// Common parts of the tests of ranks: answers on one rank, and scenes on several.
 namespace world {
 
 using tandem::mpi::GatheredContacts;

@@ -25,7 +25,7 @@ double rounding(const reference::PosedPair& pair);
 /// The pair as a record for `tandem query`, every number to its last bit, in one line.
 std::string record(const reference::PosedPair& pair);
 
-/// What is wrong with the answers, one line each; empty if nothing: distance and verdict compared with the reference,
+/// The errors of the answers, one line each; empty if there are none: distance and verdict compared with the reference,
 /// normal and points with their meaning, contacts, and the answers with A and B exchanged.
 std::string judge(const NarrowPhase& solver, const reference::PosedPair& pair, const reference::Truth& truth);
 

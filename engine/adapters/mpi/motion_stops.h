@@ -16,12 +16,12 @@
 
 namespace tandem::mpi {
 
-/// What ContinuousMotion does, for the bodies of all ranks, the same bits as on one.
+/// ContinuousMotion for the bodies of all ranks, with the same bits as on one rank.
 ///
-/// Watched bodies whose boxes overlap may change what becomes of each other, however far the chain goes: each such
-/// group is solved by one rank, the owner of its smallest id, which is sent all bodies that come near the group, and
-/// answers where its bodies end. All ranks know all boxes of watched bodies, and nothing of bodies that are not near
-/// one. Where a body is taken along out of the boxes, its new box is told to all, and all is done again.
+/// Watched bodies with overlapping boxes may change each other's motion, in chains of any length. Each such group is
+/// solved by one rank, the owner of its smallest id, which receives all bodies near the group and sends back their end
+/// poses. All ranks know the boxes of all watched bodies, but no bodies that are not near one. If a body is carried out
+/// of the boxes, its new box is sent to all ranks, and the process is repeated.
 class MotionStops {
  public:
   MotionStops(Communicator& communicator, Bodies& bodies, PairOfIds allows);

@@ -8,12 +8,12 @@
 
 namespace tandem::mpi {
 
-/// Decides when regions are cut anew, at the ends of its control steps. A cut that did not make loads more even is
-/// taken back. One is made only if what equal loads would save until the longest control step is over is more than
-/// what the last cut cost, with its taking back where that was needed.
+/// Decides at the ends of its control steps when regions are recomputed. A cut that did not make loads more even is
+/// reverted. A cut is made only if equal loads would save, until the end of the longest control step, more than the
+/// last cut cost, including its reversal if there was one.
 ///
-/// What each body costs is counted in the step before a cut alone, as counting takes 20 ns a pair: a decision for a
-/// cut is carried out a step after loads have shown the need.
+/// The cost of each body is measured only in the step before a cut, as measuring takes 20 ns a pair: a cut is made one
+/// step after loads have shown the need.
 class Rebalancer {
  public:
   explicit Rebalancer(const RebalanceOptions& options) : options_(options), control_(options.longest_control_step) {}

@@ -32,7 +32,7 @@ class LookedAt {
   LookedAt(const LookedAt&) = delete;
   LookedAt& operator=(const LookedAt&) = delete;
 
-  /// Those of the progress function that this thread is in; null outside of any.
+  /// The objects in use by the progress function that runs on this thread; null outside of one.
   static const LookedAt*& of_thread() {
     static thread_local const LookedAt* innermost = nullptr;
     return innermost;

@@ -19,7 +19,7 @@ enum class Asked {
   strictly
 };
 
-/// What is wrong with the answers for the pair made from the bytes, and its record; empty if nothing.
+/// The errors of the answers for the pair made from the bytes, and its record; empty if there are none.
 std::string judge_bytes(std::span<const std::uint8_t> bytes, Asked asked);
 
 }  // namespace tandem::test

@@ -84,7 +84,7 @@ bool all_finite(const PairAnswer& r, double unit) {
          (r.status == Status::ok ? r.error_bound <= surface * unit : r.error_bound > 0);
 }
 
-// What a cut-off leaves is the same answer, what it does not is farther.
+// A cut-off does not change an answer within it; pairs without an answer are farther.
 std::string cutoffs(const Case& c, Random& random) {
   const PairAnswer& full = c.answers.distance;
   const double d = full.signed_distance, tolerance = rounding * c.unit;

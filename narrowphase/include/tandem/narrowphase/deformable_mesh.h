@@ -23,14 +23,14 @@ struct DeformReport {
   double worn = 1;
 };
 
-/// A mesh whose vertices move while its triangles stay: cloth, a membrane, a body that bends. `shape()` is the mesh as
-/// it is now, for queries, scenes and steps, and stays so: an update changes no Shape that was handed out. Answers are
-/// those of Shape(Mesh) with the same vertices and triangles.
+/// A mesh with moving vertices and constant triangles: cloth, a membrane, an elastic body. `shape()` returns the
+/// current mesh for queries, scenes and steps; later updates do not change a returned Shape. Answers are those of
+/// Shape(Mesh) with the same vertices and triangles.
 ///
-/// Which triangles lie side by side stays as it was in the beginning: vertices that were one stay one, others do not
-/// become one where they come to lie at the same place, which Shape(Mesh) would take for a seam.
+/// The adjacency of triangles remains that of the initial mesh: vertices that coincided then stay merged, others do not
+/// merge when they coincide later, while Shape(Mesh) would merge them.
 ///
-/// One update at a time; queries of shapes handed out may run meanwhile.
+/// Updates must not run concurrently; queries of returned shapes may run during an update.
 class DeformableMesh {
  public:
   /// Throws std::invalid_argument as Shape(Mesh) does. `parts` distributes the work over threads; empty: the caller

@@ -63,10 +63,9 @@ class ShapeOf {
 /// - A pair of convex shapes has up to four contacts, of two meshes up to four for each patch; b1 and b2 are NONE.
 /// - gjk_solver_type, gjk_tolerance and the cached guess have no counterpart: answers are right to rounding.
 /// - num_max_contacts = 0 returns 0 without a warning.
-/// What tandem has no kind for (to_shape), and requests with enable_cost, are answered by ::fcl::collide.
+/// Geometries without a kind in tandem (to_shape), and requests with enable_cost, are passed on to ::fcl::collide.
 ///
-/// A hull or a mesh is converted at each call but with `shapes`, which keeps what it was given: without it they are
-/// slow.
+/// Without `shapes`, a cache, hulls and meshes are converted at each call, which is slow.
 template <class S>
 std::size_t collide(const ::fcl::CollisionObject<S>* o1, const ::fcl::CollisionObject<S>* o2,
                     const ::fcl::CollisionRequest<S>& request, ::fcl::CollisionResult<S>& result,
@@ -92,7 +91,7 @@ std::size_t collide(const ::fcl::CollisionGeometry<S>* o1, const ::fcl::Transfor
 /// - What is returned is result.min_distance, also of meshes that overlap.
 /// - All kinds of pairs have a distance and, with enable_signed_distance, points on the surfaces; b1 and b2 are NONE.
 /// - rel_err, abs_err, distance_tolerance and gjk_solver_type have no counterpart: answers are right to rounding.
-/// What tandem has no kind for (to_shape) is answered by ::fcl::distance. `shapes` as above.
+/// Geometries without a kind in tandem (to_shape) are passed on to ::fcl::distance. `shapes` as above.
 template <class S>
 S distance(const ::fcl::CollisionObject<S>* o1, const ::fcl::CollisionObject<S>* o2,
            const ::fcl::DistanceRequest<S>& request, ::fcl::DistanceResult<S>& result, ShapeCache* shapes = nullptr) {
