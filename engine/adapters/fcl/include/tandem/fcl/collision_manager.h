@@ -12,28 +12,28 @@
 
 namespace tandem::fcl {
 
-/// FCL's broad-phase manager (fcl/broadphase/broadphase_collision_manager.h) over tandem's hierarchy of boxes: in place
-/// of FCL's DynamicAABBTreeCollisionManager and its kin. Callbacks are called as by that one: on the calling thread,
-/// one after the other, until one returns true; for pairs whose AABBs overlap as they were at the last update or
-/// registration; distances with the least distance so far, nearer AABBs about first. It differs where that one's
-/// behaviour is none to rely on:
+/// A broad-phase manager with FCL's interface (fcl/broadphase/broadphase_collision_manager.h) over tandem's hierarchy
+/// of boxes: it replaces FCL's DynamicAABBTreeCollisionManager and other managers. Callbacks follow that manager's
+/// rules: on the calling thread, one after the other, until one returns true; for pairs whose AABBs overlapped at the
+/// last update or registration; distance callbacks with the least distance so far, approximately nearer AABBs first.
+/// Differences, where that manager's behaviour is not reliable:
 /// - A manager with itself, collide(&manager, ...), is collide(...), as with FCL's NaiveCollisionManager.
-/// - The other manager may be of any class; its objects' AABBs are then those of now.
-/// - An object registered twice is there twice, as there, and update() sees to both; each unregisterObject takes one
-///   away.
-/// - An object that is not registered can be unregistered; nothing happens.
-/// - A pair's objects change their places in the callback with each update, as two objects do there; with more, that
-///   one's places follow from its tree.
-/// Registration and updates take note of boxes that changed, the next query works them in: updates one by one cost no
-/// more than those of a list, and setup() has nothing to do. Const members may run from any number of threads at once.
+/// - The other manager may be of any class; its objects' current AABBs are used.
+/// - An object registered twice is stored twice, as there, and update() updates both; each unregisterObject removes
+/// one.
+/// - Unregistering an object that is not registered does nothing.
+/// - The order of a pair's objects in the callback alternates with each update, as for two objects there; with more
+///   objects that manager's order follows from its tree.
+/// Registration and updates record changed boxes, which the next query applies: single updates cost no more than those
+/// of a list, and setup() does nothing. Const members may run from any number of threads at once.
 template <class S>
 class CollisionManager : public ::fcl::BroadPhaseCollisionManager<S> {
  public:
   using Object = ::fcl::CollisionObject<S>;
   using Manager = ::fcl::BroadPhaseCollisionManager<S>;
 
-  /// Whether an octree that is asked about is one object or, as there, one for each of its cells, which lives for the
-  /// time of the callback.
+  /// Whether an octree passed to a query is one object or, as there, one object for each of its cells, which lives
+  /// during the callback.
   bool octree_as_geometry_collide = true;
   bool octree_as_geometry_distance = false;
   /// Options of FCL's tree, with its defaults: nothing depends on them.

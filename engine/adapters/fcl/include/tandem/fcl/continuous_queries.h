@@ -23,17 +23,18 @@ double continuous_pair(const MovingPair<double>& pair, const ::fcl::ContinuousCo
 
 }  // namespace detail
 
-/// ::fcl::continuousCollide between two placements of each object, answered by NarrowPhase::time_of_impact; S is float
-/// or double. As there: request.ccd_motion_type says how they move (CCDM_TRANS: straight, as turned at the start;
-/// CCDM_LINEAR: the origin straight, turning evenly; CCDM_SCREW), result.is_collide, time_of_contact in [0, 1], where
-/// both are then, and the time is returned. Other than there:
-/// - A touch is never missed, however short, and never told late by more than rounding (of S); early where they come as
-///   near as 1e-10 of their path. num_max_iterations, toc_err and both solver types have no counterpart.
-/// - Without a touch the time is 1 and contact_tf1, contact_tf2 are the ends.
+/// ::fcl::continuousCollide between two poses of each object, computed by NarrowPhase::time_of_impact; S is float or
+/// double. As in FCL: request.ccd_motion_type selects the motion (CCDM_TRANS: straight, with the initial rotation;
+/// CCDM_LINEAR: the origin on a straight line with uniform rotation; CCDM_SCREW); the result has is_collide,
+/// time_of_contact in [0, 1] and both poses at that time; the time is returned. Differences:
+/// - A contact is never missed, however short, and never reported later than by rounding (of S); it is reported early
+///   where the objects come as near as 1e-10 of their path. num_max_iterations, toc_err and both solver types have no
+///   counterpart.
+/// - Without a contact the time is 1, and contact_tf1 and contact_tf2 are the end poses.
 /// - Geometries that are not occupied touch nothing.
-/// CCDM_SPLINE and what tandem has no kind for (to_shape) are answered by ::fcl::continuousCollide, which samples, and
-/// refused for float, for which FCL has none. Throws std::invalid_argument there, and where a transform is no rotation
-/// and translation. `shapes` as for ::tandem::fcl::collide.
+/// CCDM_SPLINE and geometries without a kind in tandem (to_shape) are passed on to ::fcl::continuousCollide, which
+/// samples; for float they are refused, as FCL has no such function. Throws std::invalid_argument in that case, and for
+/// a transform that is not a rotation and translation. `shapes` as for ::tandem::fcl::collide.
 template <class S>
 S continuousCollide(const ::fcl::CollisionObject<S>* o1, const ::fcl::Transform3<S>& tf1_end,
                     const ::fcl::CollisionObject<S>* o2, const ::fcl::Transform3<S>& tf2_end,

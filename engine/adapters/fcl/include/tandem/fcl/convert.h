@@ -10,9 +10,9 @@
 
 namespace tandem::fcl {
 
-/// Makes the same shape in tandem; S is float or double. Empty for what tandem has no kind for: octrees,
-/// hierarchies over points without triangles and geometries of a user's own class. Meshes are surfaces, as FCL's are.
-/// Throws std::invalid_argument for sizes that tandem::Shape refuses, such as a radius below 0.
+/// Converts a geometry to a shape; S is float or double. Empty for geometries without a kind in tandem: octrees,
+/// hierarchies over points without triangles, and user-defined classes. Meshes are surfaces, as FCL's are. Throws
+/// std::invalid_argument for sizes that tandem::Shape refuses, such as a negative radius.
 template <class S>
 std::optional<Shape> to_shape(const ::fcl::CollisionGeometry<S>& geometry);
 template <>
@@ -20,8 +20,9 @@ std::optional<Shape> to_shape(const ::fcl::CollisionGeometry<float>& geometry);
 template <>
 std::optional<Shape> to_shape(const ::fcl::CollisionGeometry<double>& geometry);
 
-/// Makes the same pose, with the rotation nearest to the given one. Throws std::invalid_argument if it is not a
-/// rotation within 2e-6 (require_valid, tandem/narrowphase/pose.h): FCL accepts a matrix that scales, tandem does not.
+/// Converts a transform to a pose, with the rotation nearest to the given one. Throws std::invalid_argument if that is
+/// not a rotation within 2e-6 (require_valid, tandem/narrowphase/pose.h): FCL accepts a scaling matrix, tandem does
+/// not.
 template <class S>
 Pose to_pose(const ::fcl::Transform3<S>& transform) {
   const Pose pose{transform.linear().template cast<double>(), transform.translation().template cast<double>()};
@@ -29,8 +30,8 @@ Pose to_pose(const ::fcl::Transform3<S>& transform) {
   return orthonormalized(pose);
 }
 
-/// Keeps the shapes of hulls and meshes, which take long to convert, while their geometries live: to be held by the
-/// caller, for one thread. A geometry is identified by its address and a weak pointer that tells whether it still
+/// A cache of converted hulls and meshes, whose conversion is slow, for as long as their geometries live. The caller
+/// holds one per thread. A geometry is identified by its address and a weak pointer, which shows whether it still
 /// lives. If it is changed in place (BVHModel::beginReplaceModel), the caller must call forget.
 class ShapeCache {
  public:

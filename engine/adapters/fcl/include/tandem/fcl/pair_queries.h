@@ -53,12 +53,11 @@ class ShapeOf {
 
 }  // namespace detail
 
-/// ::fcl::collide, answered by tandem::NarrowPhase; S is float or double. As there: contacts are added to those in
-/// `result` up to request.num_max_contacts, the deepest where there are more; normals point from o1 to o2, positions
-/// lie midway between the surfaces, depths are >= 0; without enable_contact a pair that collides adds one contact that
-/// has only o1 and o2, and two meshes one for each pair of triangles that intersect, with b1 and b2, where more than
-/// one is asked for; geometries that are not occupied touch nothing; returns the contacts in `result`. Other than
-/// there:
+/// ::fcl::collide, computed by tandem::NarrowPhase; S is float or double. As in FCL: contacts are added to those in
+/// `result` up to request.num_max_contacts, keeping the deepest ones; normals point from o1 to o2, positions
+/// lie midway between the surfaces, depths are >= 0. Without enable_contact a colliding pair adds one contact with only
+/// o1 and o2, and two meshes one for each intersecting pair of triangles, with b1 and b2, if more than one is
+/// requested. Geometries that are not occupied touch nothing. Returns the number of contacts in `result`. Differences:
 /// - o1 and o2 of a contact are the arguments in their order, also where o2 alone is a mesh.
 /// - A pair of convex shapes has up to four contacts, of two meshes up to four for each patch; b1 and b2 are NONE.
 /// - gjk_solver_type, gjk_tolerance and the cached guess have no counterpart: answers are right to rounding.

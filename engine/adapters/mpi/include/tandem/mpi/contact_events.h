@@ -24,8 +24,8 @@ class ContactEvents {
   /// before, or no longer report.
   void update(const Pipeline& pipeline);
 
-  std::span<const IdPair> began() const { return began_; }        ///< told here, ascending
-  std::span<const IdPair> ended() const { return ended_; }        ///< told here, ascending
+  std::span<const IdPair> began() const { return began_; }        ///< reported here, ascending
+  std::span<const IdPair> ended() const { return ended_; }        ///< reported here, ascending
   std::span<const IdPair> touching() const { return touching_; }  ///< reported here, ascending
 
  private:

@@ -13,26 +13,27 @@
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/scene.h"
 
-/// Collision detection by any number of MPI ranks, each with threads of its own: the same contacts as on one. Space is
-/// cut into one region a rank; a body is owned by the rank whose region holds the middle of its box (or did before it
-/// moved by a tenth of its radius), and copied to those whose regions its box reaches into. See docs/mpi.md.
+/// Collision detection by any number of MPI ranks, each with its own threads: the same contacts as on one. Space is
+/// divided into one region per rank; a body is owned by the rank whose region contains the centre of its box (or did
+/// before the body moved by a tenth of its radius), and copied to the ranks whose regions its box overlaps. See
+/// docs/mpi.md.
 namespace tandem::mpi {
 
-/// A body's name on all ranks, chosen by the rank that adds it; that of a removed body may be used again from the next
-/// step on.
+/// A body's id on all ranks, chosen by the rank that adds it; the id of a removed body may be reused from the next step
+/// on.
 using GlobalId = std::uint64_t;
 
-/// When regions are cut anew from measured costs.
+/// Parameters of the decision when regions are recomputed from measured costs.
 struct RebalanceOptions {
   bool enabled = true;
-  /// Steps between two measurements at most, [1, 1024]; they are frequent at first and after every change.
+  /// The largest number of steps between two measurements, [1, 1024]; they are frequent at first and after changes.
   int longest_control_step = 64;
   /// A cut is considered when the slowest rank's load exceeds this multiple of the mean, [1, 100].
   double tolerated = 1.05;
 };
 
 struct Options {
-  /// How each rank detects: threads, executor, answers.
+  /// Options of each rank's detection: threads, executor, answers.
   PipelineOptions rank{};
   RebalanceOptions rebalance{};
   /// Seconds, finite, >= 0: a rank that waits longer for another ends the job (MPI_Abort) with one line on stderr; 0:
@@ -113,9 +114,8 @@ struct StepError : std::runtime_error {
 /// one that MPI_Init_thread allows to call MPI (MPI_THREAD_FUNNELED is enough). Those said to be collective are made by
 /// all ranks, in the same order.
 ///
-/// Every pair is reported by one rank: that whose region holds the lower corner of what the two bodies' boxes have in
-/// common. Both are there, and every rank that has them sees that corner alike, so ranks exchange no message about
-/// it.
+/// Every pair is reported by one rank, the one whose region contains the lower corner of the intersection of the two
+/// boxes. This rank has both bodies, and every rank that has both computes the same corner, so no message is needed.
 class Pipeline {
  public:
   /// Collective. Throws std::invalid_argument that names the option, its value and what is allowed. Takes a duplicate
@@ -133,10 +133,10 @@ class Pipeline {
   /// on all ranks.
   ShapeId add_shape(Shape shape, std::string name = {});
 
-  /// Changes of bodies, by any rank, wherever the body is. They take effect in the next step; those of one body in the
-  /// order of ranks, then of calls. An error that is visible at once (a bad number) is thrown at once, as
-  /// std::invalid_argument; an id that exists already, or does not exist, makes the step throw StepError on all ranks,
-  /// and that change is left out.
+  /// Changes of bodies, by any rank, whichever rank owns the body. They take effect in the next step; changes of one
+  /// body are applied in the order of ranks, then of calls. An invalid number is refused at once with
+  /// std::invalid_argument; adding an existing id, or changing an unknown one, makes the step throw StepError on all
+  /// ranks, and that change is ignored.
   void add_body(GlobalId id, const BodyOptions& body);
   void remove_body(GlobalId id);
   void set_pose(GlobalId id, const Pose& pose);
@@ -152,8 +152,8 @@ class Pipeline {
   /// rank. Throws StepError on all ranks if one failed. A failure while messages are under way (no memory) ends the
   /// job, with one line on stderr that names rank, step and cause.
   Report step();
-  /// Collective: cuts regions anew before the next step, whatever the control step says, by the costs that were
-  /// measured last; by the number of bodies if none were, or were of other bodies.
+  /// Collective: recomputes regions before the next step, independently of control steps, from the last measured costs;
+  /// from the number of bodies if there are none, or only of other bodies.
   void rebalance();
 
   /// This rank's bodies: its own and copies of others'. Indices are local, and change with migration.

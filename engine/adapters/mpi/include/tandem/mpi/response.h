@@ -20,16 +20,16 @@ struct RankResponseReport {
 /// A predicate: do two bodies, given by their ids, collide at all; called from any thread.
 using PairOfIds = std::function<bool(GlobalId a, GlobalId b)>;
 
-/// Moves the bodies of all ranks by one `dt`, the same bits on any number of ranks. Each solves the pairs that it
-/// reports, colour by colour, and sends the velocities of bodies that others' pairs move as well; it knows of others'
-/// pairs only how many such a body has, where, and their colours. A host with a response of its own does not make one,
-/// and pays nothing. One response a pipeline.
+/// Moves the bodies of all ranks by one `dt`, with the same bits on any number of ranks. Each rank solves the pairs
+/// that it reports, colour by colour, and sends the velocities of bodies that pairs of other ranks move as well; of
+/// other ranks' pairs it knows only the number, the ranks and the colours for such a body. A host with its own response
+/// does not construct one, and pays nothing. One response per pipeline.
 ///
-/// Pairs are ordered by their ids: with ids that are a scene's indices it is the motion of tandem::Response.
+/// Pairs are ordered by their ids: if ids are a scene's indices, the motion is that of tandem::Response.
 ///
-/// Continuous bodies (BodyOptions::continuous) go as far as ContinuousMotion lets them, the same bits on any number of
-/// ranks. Those that are fast tell all ranks where they go in the step, and what comes near a group of them goes to one
-/// rank for it; while there are none in the scene it costs nothing.
+/// Continuous bodies (BodyOptions::continuous) are stopped by ContinuousMotion, with the same bits on any number of
+/// ranks. The boxes swept by fast ones are sent to all ranks, and bodies near a group of them to one rank, which solves
+/// it; without such bodies in the scene this costs nothing.
 class Response {
  public:
   /// Collective. `allows`: which pairs a continuous body does not pass through; empty: all. Throws
