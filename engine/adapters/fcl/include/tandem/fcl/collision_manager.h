@@ -19,8 +19,7 @@ namespace tandem::fcl {
 /// Differences, where that manager's behaviour is not reliable:
 /// - A manager with itself, collide(&manager, ...), is collide(...), as with FCL's NaiveCollisionManager.
 /// - The other manager may be of any class; its objects' current AABBs are used.
-/// - An object registered twice is stored twice, as there, and update() updates both; each unregisterObject removes
-/// one.
+/// - An object registered twice is stored twice, as there, and update() updates both; unregisterObject removes one.
 /// - Unregistering an object that is not registered does nothing.
 /// - The order of a pair's objects in the callback alternates with each update, as for two objects there; with more
 ///   objects that manager's order follows from its tree.
