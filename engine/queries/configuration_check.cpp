@@ -37,7 +37,7 @@ std::size_t bytes(const auto&... list) { return (std::size_t{0} + ... + (list.ca
 std::size_t CheckSetup::memory() const { return bytes(grown, boxes, grown_boxes, self); }
 
 std::size_t CheckWorkspace::memory() const {
-  return boxes.memory() + bytes(poses, meeting, bodies, stretches, suspects, near, nearest);
+  return boxes.memory() + ends.memory() + bytes(poses, meeting, bodies, stretches, suspects, near, nearest);
 }
 
 std::size_t CheckMemory::memory() const { return setups.memory() + workspaces.memory(); }
@@ -178,20 +178,39 @@ bool ConfigurationCheck::is_checked(std::uint32_t link, std::uint32_t body, Work
 }
 
 /// May the link touch the body, by their boxes?
-bool ConfigurationCheck::is_near(std::size_t place, std::uint32_t link, std::uint32_t body,
+bool ConfigurationCheck::is_near(std::size_t place, std::uint32_t link, const Pose& pose, std::uint32_t body,
                                  const Workspace& work) const {
-  return !world_.shape(body).is_bounded() || (overlap(work.boxes.box(link, place), world_.box(body)) &&
-                                              work.boxes.gap(place, link, world_.placed_box(body)) <= 0);
+  return !world_.shape(body).is_bounded() ||
+         (overlap(work.boxes.box(link, place), world_.box(body)) &&
+          !known_apart(setup_->grown_boxes[link], pose, world_.own_box(body), world_.pose(body)));
+}
+
+void ConfigurationCheck::find_ends(Workspace& work) const {
+  if (world_.bits().is_made()) world_.bits().find_ends(work.boxes.boxes(), work.boxes.places(), work.ends);
+}
+
+/// Calls visit(body) for those whose boxes may meet the link's, those without boxes first, until it returns false, and
+/// returns that.
+template <class Visit>
+bool ConfigurationCheck::visit_bodies(std::uint32_t link, std::size_t place, const Workspace& work,
+                                      const Visit& visit) const {
+  for (const std::uint32_t body : world_.unbounded())
+    if (!visit(body)) return false;
+  if (!world_.bits().is_made()) return world_.visit_overlapping(work.boxes.box(link, place), visit);
+  return world_.bits().visit_near(work.ends[work.boxes.place(link, place)], [&](std::uint32_t body) {
+    return !overlap(work.boxes.box(link, place), world_.box(body)) || visit(body);
+  });
 }
 
 bool ConfigurationCheck::hits_again(const PoseList& poses, std::size_t place, Workspace& work) const {
   if (!work.has_last_hit) return false;
   const auto& [link, other, is_body, first, last] = work.last_hit;
+  const Pose pose = poses[link];
   if (is_body)
-    return is_near(place, link, other, work) &&
-           touch(links_[link], poses[link], world_.shape(other), world_.pose(other), work);
+    return is_near(place, link, pose, other, work) &&
+           touch(links_[link], pose, world_.shape(other), world_.pose(other), work);
   return overlap(work.boxes.box(link, place), work.boxes.box(other, place)) &&
-         touch(links_[link], poses[link], links_[other], poses[other], work);
+         touch(links_[link], pose, links_[other], poses[other], work);
 }
 
 /// Notes where the boxes of two links meet.
@@ -218,27 +237,17 @@ bool ConfigurationCheck::hits_link(const PoseList& poses, std::size_t place, Wor
 }
 
 bool ConfigurationCheck::hits_body(const PoseList& poses, std::size_t place, Workspace& work) const {
-  struct First final : BoxVisitor {
-    const ConfigurationCheck& check;
-    Workspace& work;
-    const PoseList& poses;
-    std::size_t place;
-    std::uint32_t link = 0, body = 0;
-    First(const ConfigurationCheck& c, Workspace& w, const PoseList& p, std::size_t at)
-        : check(c), work(w), poses(p), place(at) {}
-    bool visit(std::uint32_t index) override {
-      body = index;
-      return !(check.is_checked(link, index, work) && check.is_near(place, link, index, work) &&
-               check.touch(check.links_[link], poses[link], check.world_.shape(index), check.world_.pose(index), work));
-    }
-  } first(*this, work, poses, place);
-  for (; first.link < links_.size(); ++first.link) {
-    const std::span<const std::uint32_t> unbounded = world_.unbounded();
-    if (std::all_of(unbounded.begin(), unbounded.end(), [&](std::uint32_t index) { return first.visit(index); }) &&
-        world_.tree().visit_overlapping(work.boxes.box(first.link, place), first))
-      continue;
-    work.last_hit = {first.link, first.body, true, 0, 0};
-    return work.has_last_hit = true;
+  for (std::uint32_t link = 0; link < links_.size(); ++link) {
+    const auto is_free = [&](std::uint32_t body) {
+      if (!is_checked(link, body, work)) return true;
+      const Pose pose = poses[link];
+      if (!is_near(place, link, pose, body, work) ||
+          !touch(links_[link], pose, world_.shape(body), world_.pose(body), work))
+        return true;
+      work.last_hit = {link, body, true, 0, 0};
+      return false;
+    };
+    if (!visit_bodies(link, place, work, is_free)) return work.has_last_hit = true;
   }
   return false;
 }
@@ -266,24 +275,16 @@ void ConfigurationCheck::suspect_links(Workspace& work) const {
 
 void ConfigurationCheck::suspect_bodies(Workspace& work) const {
   const std::size_t count = options_.configurations_a_motion;
-  struct All final : BoxVisitor {
-    const ConfigurationCheck& check;
-    Workspace& work;
-    std::uint32_t link = 0;
-    All(const ConfigurationCheck& c, Workspace& w) : check(c), work(w) {}
-    bool visit(std::uint32_t body) override {
-      if (!check.is_checked(link, body, work)) return true;
-      const PlacedBox placed = check.world_.placed_box(body);
-      check.add_suspects(link, body, true, work,
-                         [&](std::size_t part) { return work.boxes.meeting(part, link, placed); });
+  for (std::uint32_t link = 0; link < links_.size(); ++link) {
+    world_.visit_overlapping(work.boxes.swept(link), [&](std::uint32_t body) {
+      if (!is_checked(link, body, work)) return true;
+      const PlacedBox placed = world_.placed_box(body);
+      add_suspects(link, body, true, work, [&](std::size_t part) { return work.boxes.meeting(part, link, placed); });
       return true;
-    }
-  } all(*this, work);
-  for (; all.link < links_.size(); ++all.link) {
-    world_.tree().visit_overlapping(work.boxes.swept(all.link), all);
+    });
     for (const std::uint32_t body : world_.unbounded())
-      if (is_checked(all.link, body, work))
-        add_suspects(all.link, body, true, work, [&](std::size_t part) {
+      if (is_checked(link, body, work))
+        add_suspects(link, body, true, work, [&](std::size_t part) {
           const std::size_t left = count - part * PoseNumbers::count;
           return left < PoseNumbers::count ? (std::uint64_t{1} << left) - 1 : ~std::uint64_t{0};
         });
@@ -357,6 +358,7 @@ void ConfigurationCheck::verdicts(std::span<Verdict> out) const {
   each_block(motions, at_once(1), [&](std::size_t first, std::size_t last, Workspace& work) {
     const std::size_t count = last - first;
     PoseList poses = take_boxes(first, count, setup_->grown_boxes, work);
+    find_ends(work);
     meet_links(work);
     for (std::size_t k = 0; k < count; ++k, poses = poses.from(links_.size()))
       out[first + k] = told(hits_again(poses, k, work) || hits_link(poses, k, work) || hits_body(poses, k, work));
@@ -366,25 +368,17 @@ void ConfigurationCheck::verdicts(std::span<Verdict> out) const {
 /// The first body by index that the link touches.
 bool ConfigurationCheck::first_body(const Pose& pose, std::size_t place, std::uint32_t link, Workspace& work,
                                     BodyId& body) const {
-  struct First final : BoxVisitor {
-    const ConfigurationCheck& check;
-    Workspace& work;
-    const Pose& pose;
-    std::size_t place;
-    std::uint32_t link, first = std::numeric_limits<std::uint32_t>::max();
-    First(const ConfigurationCheck& c, Workspace& w, const Pose& p, std::size_t at, std::uint32_t which)
-        : check(c), work(w), pose(p), place(at), link(which) {}
-    bool visit(std::uint32_t index) override {
-      if (check.is_checked(link, index, work) && index < first && check.is_near(place, link, index, work) &&
-          check.touch(check.links_[link], pose, check.world_.shape(index), check.world_.pose(index), work))
-        first = index;
-      return true;
-    }
-  } search(*this, work, pose, place, link);
-  for (const std::uint32_t index : world_.unbounded()) search.visit(index);
-  world_.tree().visit_overlapping(work.boxes.box(link, place), search);
-  if (search.first == std::numeric_limits<std::uint32_t>::max()) return false;
-  body = world_.id(search.first);
+  constexpr std::uint32_t none = std::numeric_limits<std::uint32_t>::max();
+  std::uint32_t first = none;
+  const auto look = [&](std::uint32_t index) {
+    if (is_checked(link, index, work) && index < first && is_near(place, link, pose, index, work) &&
+        touch(links_[link], pose, world_.shape(index), world_.pose(index), work))
+      first = index;
+    return true;
+  };
+  visit_bodies(link, place, work, look);
+  if (first == none) return false;
+  body = world_.id(first);
   return true;
 }
 
@@ -416,6 +410,7 @@ void ConfigurationCheck::first_hits(std::span<FirstHit> out) const {
   std::fill(out.begin(), out.end(), FirstHit{});
   each_block(motions, at_once(1), [&](std::size_t first, std::size_t last, Workspace& work) {
     PoseList poses = take_boxes(first * count, (last - first) * count, setup_->grown_boxes, work);
+    find_ends(work);
     meet_links(work);
     for (std::size_t i = first; i < last; ++i, poses = poses.from(count * links_.size()))
       out[i] = first_hit(poses, (i - first) * count, work);

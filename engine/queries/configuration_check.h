@@ -28,6 +28,7 @@ struct CheckSetup {
 struct CheckWorkspace {
   std::vector<Pose> poses;             // that were made
   LinkBoxes boxes;                     // grown by the margin
+  IntervalBits::EndsOfBoxes ends;      // of the boxes, where the bodies are few
   std::vector<std::uint64_t> meeting;  // configurations in which the boxes of two links meet, by pairs of links
   LimitWatch watch;
   std::vector<std::uint32_t> bodies;  // whose boxes a link's swept box meets
@@ -80,7 +81,11 @@ class ConfigurationCheck {
   }
   bool motion_hits(std::size_t motion, Workspace& work) const;
   PoseList take_boxes(std::size_t first, std::size_t count, std::span<const LinkBox> boxes, Workspace& work) const;
-  bool is_near(std::size_t place, std::uint32_t link, std::uint32_t body, const Workspace& work) const;
+  bool is_near(std::size_t place, std::uint32_t link, const Pose& pose, std::uint32_t body,
+               const Workspace& work) const;
+  template <class Visit>
+  bool visit_bodies(std::uint32_t link, std::size_t place, const Workspace& work, const Visit& visit) const;
+  void find_ends(Workspace& work) const;
   void meet_links(Workspace& work) const;
   bool hits_again(const PoseList& poses, std::size_t place, Workspace& work) const;
   bool hits_link(const PoseList& poses, std::size_t place, Workspace& work) const;

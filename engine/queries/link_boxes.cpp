@@ -3,6 +3,7 @@
 #include <hwy/cache_control.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <limits>
 
@@ -308,6 +309,34 @@ LinkBox::LinkBox(const Shape& link, const WorkLimit* limit) : radius(link.roundi
 PlacedBox::PlacedBox(const LinkBox& box, const Pose& at, const Aabb& in_world) : own(box), world(in_world) {
   for (std::size_t k = 0; k < 9; ++k) pose[k] = static_cast<float>(at.rotation.data()[k]);
   for (std::size_t k = 0; k < 3; ++k) pose[9 + k] = static_cast<float>(at.translation.data()[k]);
+}
+
+// As `gaps`, one axis after the other.
+bool known_apart(const LinkBox& a, const Pose& pose_a, const LinkBox& b, const Pose& pose_b) {
+  const Mat3 &p = pose_a.rotation, &q = pose_b.rotation;
+  const Vec3 off = pose_b * b.centre - pose_a * a.centre;
+  const double place = pose_a.translation.lpNorm<1>() + pose_b.translation.lpNorm<1>();
+  const double far = a.half.lpNorm<1>() + a.centre.lpNorm<1>() + a.radius + b.half.lpNorm<1>() + b.centre.lpNorm<1>() +
+                     b.radius + off.lpNorm<1>();
+  const double near = a.radius + b.radius + place * tolerance::bound_of_floats + far * tolerance::gap_of_floats;
+  Mat3 mixed, size;
+  Vec3 along;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) mixed(i, j) = p.col(i).dot(q.col(j));
+    size.row(i) = mixed.row(i).cwiseAbs();
+    along[i] = p.col(i).dot(off);
+    if (std::abs(along[i]) - (a.half[i] + size.row(i).dot(b.half)) > near) return true;
+  }
+  for (int j = 0; j < 3; ++j)
+    if (std::abs(q.col(j).dot(off)) - (b.half[j] + size.col(j).dot(a.half)) > near) return true;
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) {
+      const int i1 = (i + 1) % 3, i2 = (i + 2) % 3, j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      const double extent =
+          a.half[i1] * size(i2, j) + a.half[i2] * size(i1, j) + b.half[j1] * size(i, j2) + b.half[j2] * size(i, j1);
+      if (std::abs(along[i2] * mixed(i1, j) - along[i1] * mixed(i2, j)) - extent > near) return true;
+    }
+  return false;
 }
 
 bool LinkBoxes::take(std::span<const LinkBox> links, const PoseList& poses, std::size_t first, std::size_t count,

@@ -46,6 +46,9 @@ struct PlacedBox {
   Aabb world;
 };
 
+/// Are they known to be apart, where they stand? One pair: most are by the first axes that are tried.
+bool known_apart(const LinkBox& a, const Pose& pose_a, const LinkBox& b, const Pose& pose_b);
+
 /// A link in 64 configurations: its numbers, and where its boxes begin.
 struct LinkInPart {
   const LinkBox* box;
@@ -72,8 +75,13 @@ class LinkBoxes {
             const WorkLimit& limit);
 
   /// In world axes; and of all configurations together.
-  Aabb box(std::size_t link, std::size_t k) const { return boxes_[link * stride_ + k]; }
+  Aabb box(std::size_t link, std::size_t k) const { return boxes_[place(link, k)]; }
   const Aabb& swept(std::size_t link) const { return swept_[link]; }
+
+  /// All boxes, and where a link's is. What lies between two links' boxes may be no numbers.
+  const BoxArray& boxes() const { return boxes_; }
+  std::size_t places() const { return links_.size() * stride_; }
+  std::size_t place(std::size_t link, std::size_t k) const { return link * stride_ + k; }
 
   /// Configurations are asked for 64 at a time.
   std::size_t parts() const { return (count_ + PoseNumbers::count - 1) / PoseNumbers::count; }

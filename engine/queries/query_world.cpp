@@ -70,6 +70,7 @@ void QueryWorld::copy_all(const Scene& scene) {
 
 void QueryWorld::build() {
   tree_.build(boxes_, [](std::size_t blocks, const auto& block) { tbb::parallel_for(std::size_t{0}, blocks, block); });
+  bits_.build(boxes_);
   placed_.resize(ids_.size());
   unbounded_.clear();
   for (std::uint32_t i = 0; i < ids_.size(); ++i) {
@@ -123,6 +124,7 @@ UpdateReport QueryWorld::update(const Scene& scene) {
       report.rebuilt = true;
     } else if (!changed_.empty()) {
       tree_.refit(boxes_, changed_);
+      for (const std::uint32_t i : changed_) bits_.move(i, boxes_[i]);
       if (tree_.worn() > tolerance::worn_hierarchy) {
         build();
         report.rebuilt = true;
@@ -138,7 +140,7 @@ std::size_t QueryWorld::memory() const {
   const auto bytes = [](const auto& list) { return list.capacity() * sizeof(*list.data()); };
   return bytes(shapes_) + bytes(shape_) + bytes(groups_) + bytes(masks_) + bytes(versions_) + bytes(unbounded_) +
          bytes(poses_) + bytes(own_boxes_) + bytes(ids_) + bytes(static_) + bytes(placed_) + bytes(changed_) +
-         boxes_.memory() + tree_.memory();
+         boxes_.memory() + tree_.memory() + bits_.memory();
 }
 
 }  // namespace tandem

@@ -24,17 +24,6 @@ void require_margin(double margin) {
     throw std::invalid_argument("margin: " + std::to_string(margin) + " is not finite and >= 0");
 }
 
-/// Visits bodies until one says that it is enough.
-template <class Enough>
-class Until final : public BoxVisitor {
- public:
-  explicit Until(Enough enough) : enough_(enough) {}
-  bool visit(std::uint32_t index) override { return !enough_(index); }
-
- private:
-  Enough enough_;
-};
-
 }  // namespace
 
 struct SceneQueries::Impl {
@@ -73,8 +62,7 @@ struct SceneQueries::Impl {
     };
     for (const std::uint32_t index : world().unbounded())
       if (is_last(index)) return false;
-    Until until(is_last);
-    return world().tree().visit_overlapping(box, until);
+    return world().visit_overlapping(box, [&](std::uint32_t index) { return !is_last(index); });
   }
 
   PairAnswer solve(const Shape& shape, const Pose& pose, std::uint32_t index, Request request,

@@ -94,6 +94,9 @@ TEST_CASE("link boxes: a gap is never more than the distance, and all of it alon
       const double gap = boxes.gap(k, a, b), body_gap = boxes.gap(k, a, body);
       if (gap > 0) REQUIRE(gap <= distance(other));
       if (body_gap > 0) REQUIRE(body_gap <= distance(body_pose));
+      const bool is_apart = known_apart(links.boxes[a], at, links.boxes[b], body_pose);
+      if (is_apart) REQUIRE(distance(body_pose) > 0);
+      if (std::abs(body_gap) > 0.001) REQUIRE(is_apart == (body_gap > 0));  // both look along the same axes
       const auto bit = [&](std::uint64_t bits) { return (bits >> k % 64 & 1) != 0; };
       REQUIRE(bit(boxes.meeting(k / 64, a, b)) == (overlap(boxes.box(a, k), boxes.box(b, k)) && gap <= 0));
       REQUIRE(bit(boxes.meeting(k / 64, a, body)) == (overlap(boxes.box(a, k), world) && body_gap <= 0));
