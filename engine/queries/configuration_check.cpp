@@ -13,6 +13,7 @@
 #include <string>
 
 #include "scene/tolerances.h"
+#include "tandem/narrowphase/prepare.h"
 
 namespace tandem {
 namespace {
@@ -117,10 +118,11 @@ PoseList ConfigurationCheck::take_boxes(std::size_t first, std::size_t count, st
   return poses;
 }
 
-/// False where the limit was reached: the hull of a mesh that is asked for its first box takes long.
+/// False if the limit was reached: preparing a mesh takes long.
 bool ConfigurationCheck::has_link_boxes() const {
   try {
     for (const Shape& link : links_) {
+      prepare(link, &limit_);
       setup_->boxes.emplace_back(link, &limit_);
       setup_->grown_boxes.emplace_back(setup_->boxes.back(), options_.margin);
     }
@@ -186,17 +188,17 @@ bool ConfigurationCheck::is_near(std::size_t place, std::uint32_t link, const Po
 }
 
 void ConfigurationCheck::find_ends(Workspace& work) const {
-  if (world_.bits().is_made()) world_.bits().find_ends(work.boxes.boxes(), work.boxes.places(), work.ends);
+  if (world_.bits().is_built()) world_.bits().find_ends(work.boxes.boxes(), work.boxes.places(), work.ends);
 }
 
-/// Calls visit(body) for those whose boxes may meet the link's, those without boxes first, until it returns false, and
-/// returns that.
+/// Calls visit(body) for bodies without boxes, then for those whose boxes overlap the link's, until it returns false,
+/// and returns that.
 template <class Visit>
 bool ConfigurationCheck::visit_bodies(std::uint32_t link, std::size_t place, const Workspace& work,
                                       const Visit& visit) const {
   for (const std::uint32_t body : world_.unbounded())
     if (!visit(body)) return false;
-  if (!world_.bits().is_made()) return world_.visit_overlapping(work.boxes.box(link, place), visit);
+  if (!world_.bits().is_built()) return world_.visit_overlapping(work.boxes.box(link, place), visit);
   return world_.bits().visit_near(work.ends[work.boxes.place(link, place)], [&](std::uint32_t body) {
     return !overlap(work.boxes.box(link, place), world_.box(body)) || visit(body);
   });

@@ -28,7 +28,7 @@ struct CheckSetup {
 struct CheckWorkspace {
   std::vector<Pose> poses;             // that were made
   LinkBoxes boxes;                     // grown by the margin
-  IntervalBits::EndsOfBoxes ends;      // of the boxes, where the bodies are few
+  IntervalBits::EndsOfBoxes ends;      // of the boxes, if the world keeps bits
   std::vector<std::uint64_t> meeting;  // configurations in which the boxes of two links meet, by pairs of links
   LimitWatch watch;
   std::vector<std::uint32_t> bodies;  // whose boxes a link's swept box meets

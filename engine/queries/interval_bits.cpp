@@ -10,7 +10,7 @@ void IntervalBits::build(const BoxArray& boxes) {
   words_ = n > most ? 0 : (n + 63) / 64;
   sets_.assign(6 * slabs * words_, 0);
   places_.assign(words_ == 0 ? 0 : n, {});
-  if (!is_made()) return;
+  if (!is_built()) return;
   for (int axis = 0; axis < 3; ++axis) {
     float least = std::numeric_limits<float>::max(), greatest = -least;
     for (std::size_t i = 0; i < n; ++i)
@@ -34,7 +34,7 @@ void IntervalBits::turn(std::size_t which, std::size_t first, std::size_t last, 
 }
 
 void IntervalBits::move(std::uint32_t index, const Aabb& box) {
-  if (!is_made()) return;
+  if (!is_built()) return;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Place& now = places_[index][axis];
     Place next;

@@ -1,4 +1,4 @@
-// Which of some hundred boxes may meet a box, by sets of bits (Lakshman and Stiliadis, "High-speed policy-based packet
+// Overlaps of a box with some hundred boxes, by sets of bits (Lakshman and Stiliadis, "High-speed policy-based packet
 // forwarding using efficient multi-dimensional range matching", 1998).
 #pragma once
 #include <algorithm>
@@ -12,17 +12,17 @@
 
 namespace tandem {
 
-/// Each axis is cut into slabs of equal width. Of each slab two sets of boxes are kept: those that begin in it or
-/// before it, and those that end in it or after it. What meets a box is in both along each axis: six sets, a bit a box,
-/// leave what a hierarchy takes several calls to find.
+/// Sets of boxes, a bit a box: each axis is divided into slabs of equal width; two sets per slab hold the boxes that
+/// begin in it or before it, and those that end in it or after it. The boxes that may overlap a given one are the
+/// intersection of six sets, two per axis.
 class IntervalBits {
  public:
-  static constexpr std::size_t most = 1024;  ///< boxes: beyond it the sets take longer than a hierarchy
+  static constexpr std::size_t most = 1024;  ///< boxes: for more a hierarchy is faster
   static constexpr std::size_t slabs = 64;   ///< along an axis
 
   /// The slabs in which a box ends (0, 2, 4) and begins (1, 3, 5).
   using Ends = std::array<std::uint8_t, 6>;
-  /// Those of many boxes, one array an end.
+  /// The slabs of many boxes, one array per end.
   class EndsOfBoxes {
    public:
     Ends operator[](std::size_t box) const {
@@ -35,14 +35,14 @@ class IntervalBits {
     std::array<std::vector<std::uint8_t>, 6> ends_;
   };
 
-  /// Of more than `most` boxes it is not made.
+  /// Builds the sets, unless there are more than `most` boxes.
   void build(const BoxArray& boxes);
-  bool is_made() const { return words_ != 0; }
-  /// After a box has changed, an empty one or not.
+  bool is_built() const { return words_ != 0; }
+  /// To be called after a box has changed; either may be empty.
   void move(std::uint32_t index, const Aabb& box);
 
   Ends ends_of(const Aabb& box) const;
-  /// Of the first `count` boxes.
+  /// The ends of the first `count` boxes.
   void find_ends(const BoxArray& boxes, std::size_t count, EndsOfBoxes& out) const;
 
   /// Calls visit(index) for the boxes that may overlap the one with these ends, in ascending order, until it returns
@@ -64,13 +64,14 @@ class IntervalBits {
   std::size_t memory() const;  ///< bytes held beside itself
 
  private:
-  /// Where a box is in the sets of an axis: among those that begin from slab `begin` on, among those that end before
-  /// slab `past`.
+  /// The sets of an axis that hold a box: of those that begin, slab `begin` and all after it; of those that end, all
+  /// slabs before `past`.
   struct Place {
     std::uint8_t begin = slabs, past = 0;  // in none
   };
 
-  /// Rises with x: what is beyond the first or last slab counts as in it. NaN is in the last.
+  /// The slab of a coordinate, which does not fall as x rises: beyond the first or last slab it is that one; NaN is in
+  /// the last.
   std::uint8_t slab(std::size_t axis, float x) const {
     const float off = std::clamp(x - origin_[axis], 0.0f, extent_[axis]) * per_metre_[axis];
     return static_cast<std::uint8_t>(std::min(static_cast<float>(slabs - 1), off));
@@ -79,7 +80,7 @@ class IntervalBits {
 
   std::size_t words_ = 0;  // of a set
   std::array<float, 3> origin_{}, extent_{}, per_metre_{};
-  std::vector<std::uint64_t> sets_;  // of axis 0 by slabs: those that begin, those that end; then of axis 1, 2
+  std::vector<std::uint64_t> sets_;  // axis 0 slab by slab: boxes that begin, boxes that end; then axes 1, 2
   std::vector<std::array<Place, 3>> places_;
 };
 

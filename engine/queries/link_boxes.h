@@ -46,7 +46,7 @@ struct PlacedBox {
   Aabb world;
 };
 
-/// Are they known to be apart, where they stand? One pair: most are by the first axes that are tried.
+/// True: the two boxes at these poses are apart; false: not known. For a single pair; the first axes decide most.
 bool known_apart(const LinkBox& a, const Pose& pose_a, const LinkBox& b, const Pose& pose_b);
 
 /// A link in 64 configurations: its numbers, and where its boxes begin.
@@ -78,7 +78,7 @@ class LinkBoxes {
   Aabb box(std::size_t link, std::size_t k) const { return boxes_[place(link, k)]; }
   const Aabb& swept(std::size_t link) const { return swept_[link]; }
 
-  /// All boxes, and where a link's is. What lies between two links' boxes may be no numbers.
+  /// All boxes, and the index of a link's box. Those between two links' boxes are unused: they may be NaN.
   const BoxArray& boxes() const { return boxes_; }
   std::size_t places() const { return links_.size() * stride_; }
   std::size_t place(std::size_t link, std::size_t k) const { return link * stride_ + k; }

@@ -26,7 +26,7 @@ class QueryWorld {
   const Pose& pose(std::uint32_t index) const { return poses_[index]; }
   BodyId id(std::uint32_t index) const { return ids_[index]; }
   Aabb box(std::uint32_t index) const { return boxes_[index]; }
-  /// Of a body with a box; in the body's frame.
+  /// For a body with a box; own_box is in the body's frame.
   PlacedBox placed_box(std::uint32_t index) const { return {own_boxes_[index], poses_[index], boxes_[index]}; }
   const LinkBox& own_box(std::uint32_t index) const { return own_boxes_[index]; }
   bool has(BodyId id) const { return id.index() < ids_.size() && ids_[id.index()] == id; }
@@ -34,12 +34,12 @@ class QueryWorld {
   std::uint32_t mask(std::uint32_t index) const { return masks_[index]; }
   bool is_static(std::uint32_t index) const { return static_[index] != 0; }
   const BoxQueries& tree() const { return tree_; }
-  const IntervalBits& bits() const { return bits_; }  ///< of the same boxes, if there are few
+  const IntervalBits& bits() const { return bits_; }  ///< of the same boxes; built if there are few
   /// Calls visit(index) for the bodies whose boxes overlap this one, in an order that depends on the world only, until
   /// it returns false, and returns that.
   template <class Visit>
   bool visit_overlapping(const Aabb& box, const Visit& visit) const {
-    if (bits_.is_made())
+    if (bits_.is_built())
       return bits_.visit_near(bits_.ends_of(box),
                               [&](std::uint32_t index) { return !overlap(boxes_[index], box) || visit(index); });
     struct Visitor final : BoxVisitor {

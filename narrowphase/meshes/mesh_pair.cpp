@@ -13,6 +13,7 @@
 #include "meshes/mesh_as_convex.h"
 #include "meshes/mesh_depth.h"
 #include "meshes/mesh_solvers.h"
+#include "meshes/traversal/inner_capsule.h"
 #include "meshes/traversal/meeting_pairs.h"
 #include "meshes/traversal/mesh_nearest.h"
 #include "pairs/centre_test.h"
@@ -46,6 +47,13 @@ bool is_clear_of_hull(const Shape& a, const Pose& pose_a, const Shape& b, const 
   if (request == Request::distance || has_triangles(other) || !other.is_bounded()) return false;
   const double gap = first ? test_hull(a, pose_a, b, pose_b, limit) : test_hull(b, pose_b, a, pose_a, limit);
   return gap > margin + tolerance::alike * (a.size() + b.size());
+}
+
+// True: the two intersect, by the capsule inside a solid mesh; false: not known.
+bool known_to_meet(const Posed& a, const Posed& b) {
+  const bool first = a.shape.kind() == ShapeKind::mesh;
+  const Posed &mesh = first ? a : b, &other = first ? b : a;
+  return other.shape.is_bounded() && other.shape.kind() != ShapeKind::triangle && meets_inner_capsule(mesh, other);
 }
 
 // Two meshes whose triangles `pairs` intersect, or of which one is inside the other; pairs refer to A's frame.
@@ -197,6 +205,11 @@ PairAnswer solve_mesh(const Shape& a, const Pose& pose_a, const Shape& b, const 
     }
   if (is_clear_of_hull(a, pose_a, b, pose_b, request, margin, options.limit)) return {};
   const Posed first{a, pose_a}, second{b, pose_b};
+  if (request == Request::collide && known_to_meet(first, second)) {
+    PairAnswer meet;
+    meet.collide = true;
+    return meet;
+  }
   const bool in_order = has_triangles(a) && (!has_triangles(b) || goes_first(first, second));
   if (in_order) return solve_with_mesh_first(first, second, request, options, contacts);
   const std::size_t begin = contacts ? contacts->size() : 0;

@@ -78,6 +78,12 @@ struct MeshHull {
       extreme;  ///< the mesh's vertices that are the hull's: sufficient for bounds (to 1e-12 of the size)
 };
 
+/// A capsule inside a solid mesh: a ball about each point of the segment from centre - half to centre + half.
+struct InnerCapsule {
+  Vec3 centre, half;  ///< metres, in the mesh's frame
+  double radius;      ///< metres; 0: none is known
+};
+
 /// A checked mesh with the data that queries need, built once except for data that only some queries need. Immutable
 /// when shared.
 struct MeshModel {
@@ -106,6 +112,8 @@ struct MeshModel {
   const KeptCosines& least_cosines() const {
     return least_cosines_.get(nullptr, [&](const WorkLimit*) { return KeptCosines(triangles.size()); });
   }
+  /// Computed by make_inner_capsule alone.
+  const Lazily<InnerCapsule>& inner_capsule() const { return inner_capsule_; }
   /// True if the mesh is closed and equals the surface of its hull, to 1e-13 of the size.
   bool own_hull(const WorkLimit* limit = nullptr) const;
   bool convex(const WorkLimit* limit = nullptr) const {
@@ -151,7 +159,8 @@ struct MeshModel {
 
   /// To be called after vertices have changed.
   void forget_extremes() {
-    hull_.clear(), own_hull_.clear(), components_.clear(), cones_.clear(), least_cosines_.clear();
+    hull_.clear(), own_hull_.clear(), components_.clear(), cones_.clear(), least_cosines_.clear(),
+        inner_capsule_.clear();
   }
 
  private:
@@ -163,11 +172,13 @@ struct MeshModel {
   Lazily<std::vector<std::uint32_t>> component_numbers_;  // of each used vertex; unchanged when vertices move
   Lazily<NormalCones> cones_;
   Lazily<KeptCosines> least_cosines_;
+  Lazily<InnerCapsule> inner_capsule_;
   Lazily<std::vector<Component>> components_;
 };
 
 }  // namespace detail
 
+using detail::InnerCapsule;
 using detail::MeshHull;
 using detail::MeshModel;
 

@@ -67,7 +67,7 @@ TEST_CASE("sets of boxes by slabs: all that overlap are among those visited, whe
     asked.set(0, {{-1e30f, -1e30f, -1e30f}, {1e30f, 1e30f, 1e30f}});
     IntervalBits bits;
     bits.build(boxes);
-    REQUIRE(bits.is_made());
+    REQUIRE(bits.is_built());
     compare(bits, boxes, asked);
     for (std::uint32_t i = 0; i < n; i += 2) {
       boxes.set(i, random_box(random, 5, 2));

@@ -1,6 +1,7 @@
 // Computes in advance the data of a mesh that queries compute on demand.
 #include "tandem/narrowphase/prepare.h"
 
+#include "meshes/traversal/inner_capsule.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
 
@@ -13,6 +14,7 @@ void prepare(const Shape& shape, const WorkLimit* limit) {
   mesh.own_hull(limit);
   mesh.components(limit);
   mesh.normal_cones(limit);
+  make_inner_capsule(shape, limit);
 }
 
 }  // namespace tandem

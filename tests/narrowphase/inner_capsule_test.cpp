@@ -1,0 +1,124 @@
+// A capsule in a solid mesh: it lies in it, and what it says of a pair is so.
+#include "meshes/traversal/inner_capsule.h"
+
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "catch.h"
+#include "mesh_samples.h"
+#include "meshes/traversal/point_in_mesh.h"
+#include "random_pairs.h"
+#include "shapes/shape_insides.h"
+#include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/prepare.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+/// A solid that every ray from its middle leaves once, and no more than that.
+Mesh lump(Random& random, const Vec3& size) {
+  constexpr std::uint32_t turns = 12, rings = 7;
+  Mesh mesh;
+  mesh.solid = true;
+  for (std::uint32_t j = 0; j < rings; ++j)
+    for (std::uint32_t i = 0; i < turns; ++i) {
+      const double u = 2 * std::numbers::pi * i / turns, v = std::numbers::pi * (j + 1) / (rings + 1);
+      const double r = random.in(0.6, 1);
+      mesh.vertices.push_back(
+          size.cwiseProduct(r * Vec3(std::sin(v) * std::cos(u), std::sin(v) * std::sin(u), -std::cos(v))));
+    }
+  const std::uint32_t bottom = turns * rings, top = bottom + 1;
+  mesh.vertices.push_back(size.cwiseProduct(Vec3(0, 0, -1)));
+  mesh.vertices.push_back(size.cwiseProduct(Vec3(0, 0, 1)));
+  for (std::uint32_t i = 0; i < turns; ++i) {
+    const std::uint32_t next = (i + 1) % turns, last = (rings - 1) * turns;
+    mesh.triangles.push_back({bottom, next, i});
+    mesh.triangles.push_back({top, last + i, last + next});
+    for (std::uint32_t a = 0; a < last; a += turns) {
+      mesh.triangles.push_back({a + i, a + next, a + turns + next});
+      mesh.triangles.push_back({a + i, a + turns + next, a + turns + i});
+    }
+  }
+  return mesh;
+}
+
+Mesh lump(Random& random) { return lump(random, {random.in(0.2, 2), random.in(0.2, 2), random.in(0.2, 2)}); }
+
+}  // namespace
+
+TEST_CASE("inner capsule: lies in the mesh, none where the middle does not or that is not solid") {
+  Random random(3);
+  int long_ones = 0;
+  for (int round = 0; round < 20; ++round) {
+    const Shape mesh(lump(random));
+    make_inner_capsule(mesh, nullptr);
+    const InnerCapsule& inner = *mesh_of(mesh).inner_capsule().made();
+    REQUIRE(inner.radius > 0.05);
+    long_ones += inner.half.norm() > 0;
+    for (int k = 0; k < 100; ++k) {
+      const Vec3 p = inner.centre + random.in(-1, 1) * inner.half + 0.999 * inner.radius * random.direction();
+      REQUIRE(is_inside(mesh_of(mesh), p));
+    }
+  }
+  CHECK(long_ones > 5);
+  Mesh ring = torus(1, 0.3, 24, 12), surface = lump(random);
+  ring.solid = true, surface.solid = false;
+  for (const Shape& none : {Shape(ring), Shape(surface)}) {
+    make_inner_capsule(none, nullptr);
+    CHECK(mesh_of(none).inner_capsule().made()->radius == 0);
+  }
+}
+
+TEST_CASE("inner capsule: what it says meets does, and a mesh that has none made says the same") {
+  Random random(4);
+  const NarrowPhase narrow;
+  std::array<int, shape_kinds> told{}, meet{};
+  for (int round = 0; round < 3000; ++round) {
+    const auto kind =
+        round % 2 == 0 ? ShapeKind::mesh : static_cast<ShapeKind>(static_cast<std::size_t>(round / 2) % shape_kinds);
+    if (kind == ShapeKind::halfspace || kind == ShapeKind::plane || kind == ShapeKind::triangle) continue;
+    const Mesh solid = lump(random);
+    const Shape plain(solid), prepared(solid);
+    const Mesh other_solid = lump(random);
+    const bool is_mesh = kind == ShapeKind::mesh;
+    const Shape other = is_mesh ? Shape(other_solid) : random_shape(kind, random);
+    const Shape other_plain = is_mesh ? Shape(other_solid) : other;
+    prepare(prepared), prepare(other);
+    const Pose a = random_pose(random, 1.5), b = random_pose(random, 1.5);
+    CAPTURE(round, name(kind));
+    const bool collide = narrow.solve(plain, a, other_plain, b, Request::collide).collide;
+    const bool is_told = meets_inner_capsule({prepared, a}, {other, b});
+    if (is_told) REQUIRE(collide);
+    REQUIRE(narrow.solve(prepared, a, other, b, Request::collide).collide == collide);
+    REQUIRE(narrow.solve(other, b, prepared, a, Request::collide).collide == collide);
+    told[static_cast<std::size_t>(kind)] += is_told;
+    meet[static_cast<std::size_t>(kind)] += collide;
+  }
+  for (std::size_t k = 0; k < shape_kinds; ++k) {
+    CAPTURE(name(static_cast<ShapeKind>(k)));
+    CHECK(8 * told[k] >= meet[k]);  // of small shapes most are not told
+  }
+}
+
+TEST_CASE("inner capsule: long thin shapes that are turned any way") {
+  Random random(5);
+  const NarrowPhase narrow;
+  int told = 0;
+  for (int round = 0; round < 1500; ++round) {
+    const Shape mesh(lump(random, {0.2, 0.2, 2}));
+    const Shape other = round % 2 == 0 ? Shape(lump(random, {0.2, 2, 0.2})) : Shape(Box{{0.2, 2, 0.2}});
+    make_inner_capsule(mesh, nullptr);
+    if (round % 2 == 0) make_inner_capsule(other, nullptr);
+    const Pose a = random_pose(random, 0.5), b = random_pose(random, 0.5);
+    const bool is_told = meets_inner_capsule({mesh, a}, {other, b});
+    told += is_told;
+    if (!is_told) continue;
+    CAPTURE(round);
+    // By the triangles: what is told is not asked again.
+    REQUIRE(narrow.solve(mesh, a, other, b, Request::distance).signed_distance <= 0);
+  }
+  CHECK(told > 100);
+}
