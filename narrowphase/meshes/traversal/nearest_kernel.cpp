@@ -7,7 +7,6 @@
 #include "meshes/traversal/hierarchy.h"
 #include "shapes/unit_vector.h"
 
-#include "lanes/lanes_of_256_bits.h"
 #include "tolerances.h"
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "meshes/traversal/nearest_kernel.cpp"
@@ -20,7 +19,7 @@ namespace hn = hwy::HWY_NAMESPACE;
 
 #if !HWY_HAVE_SCALABLE
 
-using N = hn::CappedTag<double, 4>;
+using N = hn::CappedTag<double, mesh_lanes>;
 using Lane = hn::Vec<N>;
 
 HWY_INLINE Lane all(double x) { return hn::Set(N(), x); }
