@@ -76,7 +76,8 @@ std::string motions(const Case& c, Random& random) {
       there_b{c.pair.b.shape, pose_at(b, end), c.pair.b.rounding};
   if (end > 0)
     for (const PosedShape* s : {&there_a, &there_b})
-      if (const double off = surface_distance(*s, touch->point); !(off <= tolerance + 2 * early * path))
+      if (const double off = surface_distance(*s, s == &there_a ? c.a : c.b, touch->point);
+          !(off <= tolerance + 2 * early * path))
         return say("the point of the first touch is ", off, " off ", s == &there_a ? "A" : "B");
   const auto other = plain().time_of_impact(c.b, b, c.a, a);
   if (!other) return say("exchanged: no first touch for one at ", end);
