@@ -718,6 +718,7 @@ constexpr std::array table{
              has_triangles_only, near_triangles},
     Relation{"triangle-places", "the triangles of witness points lie there", has<Mesh>, triangle_places},
     Relation{"cloud", "a cloud of points is as near as the nearest of its balls", has<Convex, Triangle, Mesh>, cloud},
+    Relation{"unions", "cubes of a grid are their union, and land is that of prisms", any, unions},
     Relation{"deformed", "a mesh bent into its place is the mesh made there", has<Mesh>, deformed},
     Relation{"rounded", "balls about the points of two shapes take their radii off the distance", has_rounding,
              rounded},
