@@ -48,8 +48,9 @@ bool has_no_value(PyObject* object) {
 bool refuse(PyObject* arguments, PyObject* named, Py_ssize_t first) {
   const auto is_refused = [](PyObject* object) {
     if (!has_no_value(object)) return false;
-    PyErr_Format(PyExc_TypeError, "%s: made by __new__ alone, expected: %s(...)", Py_TYPE(object)->tp_name,
-                 Py_TYPE(object)->tp_name);
+    const std::string_view path = Py_TYPE(object)->tp_name;
+    const std::string name(path.substr(path.rfind('.') + 1));
+    PyErr_Format(PyExc_TypeError, "%s: made by __new__ alone, expected: %s(...)", name.c_str(), name.c_str());
     return true;
   };
   for (Py_ssize_t k = first; k < PyTuple_GET_SIZE(arguments); ++k)
