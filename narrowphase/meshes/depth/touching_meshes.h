@@ -1,5 +1,5 @@
-// Two meshes that only touch: a translation as short as rounding parts them, though no plane may lie between them, as of
-// solids that are hooked into each other face to face.
+// Two meshes that only touch: a translation as short as rounding parts them, though no plane may lie between them, as
+// of solids that are hooked into each other face to face.
 #pragma once
 #include <optional>
 #include <span>

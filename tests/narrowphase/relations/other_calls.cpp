@@ -479,9 +479,8 @@ Union land(double size, Random& random) {
   const double bottom = -size * random.unit();
   std::vector<double> heights(static_cast<std::size_t>(columns * rows));
   for (double& h : heights) h = size * (random.once_in(4) ? 0.5 : random.in(0.1, 1));
-  Union land{height_field(heights, static_cast<std::size_t>(columns), static_cast<std::size_t>(rows), size, bottom),
-             {},
-             {}};
+  Union land{
+      height_field(heights, static_cast<std::size_t>(columns), static_cast<std::size_t>(rows), size, bottom), {}, {}};
   const auto at = [&](int i, int j) {
     return Vec3((i - 0.5 * (columns - 1)) * size, (j - 0.5 * (rows - 1)) * size,
                 heights[static_cast<std::size_t>(j * columns + i)]);

@@ -72,8 +72,7 @@ std::string same(const Case& c, const PosedPair& other, double factor = 1, bool 
 // One of two shapes given otherwise: the other's hull or hierarchy need not be built again.
 std::string same_but_one(const Case& c, const PosedPair& other, bool first) {
   const Shape changed = make_shape(first ? other.a : other.b);
-  const Answers r =
-      answer(first ? changed : c.a, other.a.pose, first ? c.b : changed, other.b.pose, other.margin);
+  const Answers r = answer(first ? changed : c.a, other.a.pose, first ? c.b : changed, other.b.pose, other.margin);
   return difference(c.answers, r, 1, c.unit, false, c.pair.margin);
 }
 
@@ -545,8 +544,7 @@ std::string bracketed(const Case& c, Random&) {
         PosedShape other = first ? c.pair.a : c.pair.b;
         other.shape = bracket[around ? 1 : 0];
         const Shape changed = make_shape(other);
-        const PairAnswer r =
-            distance(first ? changed : c.a, c.pair.a.pose, first ? c.b : changed, c.pair.b.pose);
+        const PairAnswer r = distance(first ? changed : c.a, c.pair.a.pose, first ? c.b : changed, c.pair.b.pose);
         const double beyond = around ? r.signed_distance - d : d - r.signed_distance;
         if (beyond > rounding * c.unit + error + r.error_bound)
           return say("distance ", d, ", but ", r.signed_distance, " of the ",

@@ -174,8 +174,8 @@ Mesh land(double size, Random& r) {
   std::vector<double> heights(static_cast<std::size_t>(columns * rows));
   for (double& h : heights) h = size * (what == 1 ? r.below(9) / 8.0 : bump * r.unit());
   const double bottom = -size * (r.once_in(3) ? small(r, 6) : 0.5);
-  return std::get<Mesh>(data_of(height_field(heights, static_cast<std::size_t>(columns),
-                                             static_cast<std::size_t>(rows), size, bottom)));
+  return std::get<Mesh>(
+      data_of(height_field(heights, static_cast<std::size_t>(columns), static_cast<std::size_t>(rows), size, bottom)));
 }
 
 /// Solids of a grid beside each other, where their faces often meet exactly, or one beside any shape.
