@@ -25,8 +25,8 @@ bool within(const Feature& f, double t, double rounding) { return t >= f.low - r
 /// The unit vector along v or -v, whichever has a product >= 0 with n.
 Vec3 unit_along(const Vec3& v, const Vec3& n) { return unit_or(v.dot(n) < 0 ? Vec3(-v) : v, n); }
 
-/// The generator of a cone where its normal leans from the axis towards `aside`: unit, perpendicular to the axis. Not from
-/// the normal: a flat cone's is the axis but for the cone's height, and their difference has lost as many digits.
+/// The generator of a cone where its normal leans from the axis towards `aside`: unit, perpendicular to the axis. Not
+/// from the normal: a flat cone's is the axis but for the cone's height, and their difference has lost as many digits.
 Feature generator(const Feature& side, const Vec3& aside) {
   Feature line = side;
   line.surface = Surface::straight;
