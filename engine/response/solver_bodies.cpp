@@ -5,8 +5,8 @@
 #include <numbers>
 #include <span>
 
-#include "scene/tolerances.h"
 #include "response/free_end.h"
+#include "scene/tolerances.h"
 
 namespace tandem {
 namespace {
