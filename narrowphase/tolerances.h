@@ -437,8 +437,8 @@ inline constexpr double end_of_motion = 1e-12;
 /// so where the rotation is not orthonormal: then the axis is projected in full. Less: separations off by 1e-14 of the
 /// size. More costs only time.
 inline constexpr double slow_edges2 = 1e-2;
-/// The squared sine from which two segments clearly cross and a formula without cases applies. Less: it loses digits.
-/// More: the formula with cases is used more often.
+/// The squared sine from which two segments, or circles of directions, clearly cross and a formula without cases
+/// applies. Less: it loses digits. More: the formula with cases is used more often.
 inline constexpr double clearly_crossing2 = 1e-2;
 /// The squared sine from which the cross product of two lines, or of tangents of circles, is the normal; below, the
 /// difference of the points is. Less: noise of the product. More: noise of the difference, where they nearly touch.

@@ -8,18 +8,27 @@
 #include <utility>
 
 #include "response/first_stops.h"
+#include "response/free_end.h"
 
 namespace tandem {
+
+Pose free_end(const Scene& scene, std::uint32_t body) {
+  Pose end = scene.poses()[body];
+  const Vec3 shift = scene.dt * scene.velocities()[body], turn = scene.dt * scene.angular_velocities()[body];
+  const Vec3 centre = scene.is_static()[body] ? Vec3(Vec3::Zero()) : scene.shape_of(body).mass().centre;
+  const Vec3 from = end * centre;
+  if (!turn.isZero(0)) end.rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * end.rotation;
+  end.translation = from + shift - end.rotation * centre;
+  return end;
+}
 
 void free_ends(const Scene& scene, std::vector<Pose>& ends) {
   ends.assign(scene.poses().begin(), scene.poses().end());
   for (std::uint32_t i = 0; i < scene.indices(); ++i) {
     if (!scene.alive(i)) continue;
-    const Vec3 shift = scene.dt * scene.velocities()[i], turn = scene.dt * scene.angular_velocities()[i];
-    const Vec3 centre = scene.is_static()[i] ? Vec3(Vec3::Zero()) : scene.shape_of(i).mass().centre;
-    const Vec3 from = ends[i] * centre;
-    if (!turn.isZero(0)) ends[i].rotation = Eigen::AngleAxisd(turn.norm(), turn.normalized()) * ends[i].rotation;
-    ends[i].translation = from + shift - ends[i].rotation * centre;
+    ends[i] = free_end(scene, i);
+    if (!is_valid(ends[i]))
+      require_valid(ends[i], "free_ends: body " + std::to_string(i) + " after dt by its velocities");
   }
 }
 

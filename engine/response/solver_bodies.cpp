@@ -5,8 +5,8 @@
 #include <numbers>
 #include <span>
 
+#include "response/free_end.h"
 #include "scene/tolerances.h"
-#include "tandem/engine/continuous_motion.h"
 
 namespace tandem {
 namespace {
@@ -123,12 +123,12 @@ Pose SolverBodies::end_of(const Scene& scene, std::uint32_t i) const {
 }
 
 void SolverBodies::find_ends(const Scene& scene, std::vector<Pose>& ends) const {
-  free_ends(scene, ends);  // of the static ones
+  ends.assign(scene.poses().begin(), scene.poses().end());
   for (std::uint32_t i = 0; i < scene.indices(); ++i)
     if (moves(i))
       ends[i] = end_of(scene, i);
-    else if (!scene.is_static()[i] || !is_valid(ends[i]))
-      ends[i] = scene.poses()[i];
+    else if (scene.alive(i) && scene.is_static()[i])
+      if (const Pose end = free_end(scene, i); is_valid(end)) ends[i] = end;
 }
 
 SolverBodies::End SolverBodies::end_at(const Scene& scene, std::uint32_t i, const Pose& pose) const {

@@ -283,22 +283,34 @@ class Inspector {
 
   bool meet(const Corners& p, const Corners& q) { return exact_(p, q, q); }
 
+  static bool boxes_apart(const Corners& p, const Corners& q) {
+    for (int k = 0; k < 3; ++k) {
+      const auto [low_p, high_p] = std::minmax({p[0][k], p[1][k], p[2][k]});
+      const auto [low_q, high_q] = std::minmax({q[0][k], q[1][k], q[2][k]});
+      if (high_p < low_q || high_q < low_p) return true;
+    }
+    return false;
+  }
+
   // Two triangles that share corners, rotated so that these come first. If they share one, their intersection continues
   // from it to where it leaves one of them, across the opposite side. If they share two, they overlap only when folded
   // flat.
   bool cross(std::uint32_t i, std::uint32_t j) {
     const auto vi = welded(i), vj = welded(j);
-    std::vector<std::array<std::size_t, 2>> shared;
+    std::array<std::array<std::size_t, 2>, 9> shared;
+    std::size_t count = 0;
     for (std::size_t k = 0; k < 3; ++k)
       for (std::size_t l = 0; l < 3; ++l)
-        if (vi[k] == vj[l]) shared.push_back({k, l});
+        if (vi[k] == vj[l]) shared[count++] = {k, l};
     const Corners p = corners(i), q = corners(j);
-    if (shared.empty()) return meet(p, q);
-    if (shared.size() == 1) {
+    if (count == 0) return meet(p, q);
+    if (count == 1) {
       const auto opposite = [](const Corners& c, std::size_t k) {
         return Corners{c[(k + 1) % 3], c[(k + 2) % 3], c[(k + 2) % 3]};
       };
-      return meet(opposite(p, shared[0][0]), q) || meet(p, opposite(q, shared[0][1]));
+      const Corners side_p = opposite(p, shared[0][0]), side_q = opposite(q, shared[0][1]);
+      // Of many about one vertex nearly all are told apart by their boxes.
+      return (!boxes_apart(side_p, q) && meet(side_p, q)) || (!boxes_apart(p, side_q) && meet(p, side_q));
     }
     const Vec3 u = p[shared[0][0]], v = p[shared[1][0]], a = p[3 - shared[0][0] - shared[1][0]],
                b = q[3 - shared[0][1] - shared[1][1]];

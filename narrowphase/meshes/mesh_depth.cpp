@@ -6,6 +6,7 @@
 #include "manifold/manifold.h"
 #include "meshes/contacts/mesh_contacts.h"
 #include "meshes/depth/overlapping_meshes.h"
+#include "meshes/depth/touching_meshes.h"
 #include "meshes/mesh_as_convex.h"
 #include "meshes/mesh_solvers.h"
 #include "meshes/traversal/mesh_nearest.h"
@@ -127,6 +128,21 @@ bool has_one_normal(std::span<const Contact> contacts) {
                      [&](const Contact& c) { return c.normal.dot(contacts.front().normal) > one_patch; });
 }
 
+// Of two that only touch where a translation parts them that is no longer than rounding, `slack`, or hardly.
+bool only_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack,
+                const NarrowPhaseOptions& options, PairAnswer& answer) {
+  if (pairs.empty()) return false;
+  const auto by = parting_translation(a, b, pairs, slack, options);
+  if (!by) return false;
+  answer = {};
+  answer.collide = true;
+  answer.normal = by->normalized();
+  answer.signed_distance = -0.0;
+  answer.point_a = answer.point_b = bound_by_triangles(a, b, pairs.first(1), options).point;
+  if (by->norm() > slack) answer.status = Status::inexact, answer.error_bound = by->norm();
+  return true;
+}
+
 // Relative to A's translation, which is zero: far from the origin, those of moved bodies would be rounded.
 PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                          const NarrowPhaseOptions& options) {
@@ -140,6 +156,7 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
     answer.normal = bound.normal;
     return with_points(answer, bound.point);
   }
+  if (PairAnswer answer; only_touch(a, b, pairs, overlap.effort.enough, options, answer)) return answer;
   SeparationSearch search(overlap, {.certain = bound.certain});
   Separation& known = search.known;
   search.beyond_obstacles();
@@ -164,6 +181,22 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
   return with_points(search.answer(), known.point);
 }
 
+// Where two only touch, along several faces at once, what lies between their patches says nothing: one contact stands
+// for all.
+bool take_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack,
+                const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts,
+                PairAnswer& answer) {
+  const Pose at_a{a.pose.rotation, Vec3::Zero()}, at_b{b.pose.rotation, b.pose.translation - a.pose.translation};
+  PairAnswer touch;
+  if (!only_touch({a.shape, at_a}, {b.shape, at_b}, pairs, slack, for_triangles(options), touch)) return false;
+  answer = touch;
+  answer.point_a += a.pose.translation;
+  answer.point_b += a.pose.translation;
+  contacts.resize(first);
+  contacts.push_back(contact_of(answer, of_no_feature));
+  return true;
+}
+
 }  // namespace
 
 PairAnswer depth_of_meshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
@@ -179,12 +212,13 @@ PairAnswer bounded_contacts(const Posed& a, const Posed& b, std::span<const Tria
                             const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts) {
   PairAnswer answer = from_deepest(contacts, first);
   answer.collide = true;
+  const double depth = -answer.signed_distance,
+               slack = tolerance::translation_slack * (a.shape.size() + b.shape.size());
+  if (depth > slack && take_touch(a, b, pairs, slack, options, first, contacts, answer)) return answer;
   if (!options.mesh_bounds) {
     answer.status = Status::unproven;
     return answer;
   }
-  const double depth = -answer.signed_distance,
-               slack = tolerance::translation_slack * (a.shape.size() + b.shape.size());
   const auto found = [&] { return std::span(contacts).subspan(first); };
   // Relative to A's translation: far from the origin, B's would be rounded.
   const Pose at_a{a.pose.rotation, Vec3::Zero()};

@@ -25,11 +25,12 @@ bool within(const Feature& f, double t, double rounding) { return t >= f.low - r
 /// The unit vector along v or -v, whichever has a product >= 0 with n.
 Vec3 unit_along(const Vec3& v, const Vec3& n) { return unit_or(v.dot(n) < 0 ? Vec3(-v) : v, n); }
 
-/// The generator of a cone where its normal is `out`.
-Feature generator(const Feature& side, const Vec3& out) {
+/// The generator of a cone where its normal leans from the axis towards `aside`: unit, perpendicular to the axis. Not
+/// from the normal: a flat cone's is the axis but for the cone's height, and their difference has lost as many digits.
+Feature generator(const Feature& side, const Vec3& aside) {
   Feature line = side;
   line.surface = Surface::straight;
-  line.axis = (side.sine * out - side.axis) / side.cosine;
+  line.axis = side.sine * aside - side.cosine * side.axis;
   return line;
 }
 
@@ -52,8 +53,8 @@ bool corner_to_feature(const Vec3& corner, const Feature& f, double rounding, Ne
   const double up = from.dot(f.axis);
   const Vec3 off = from - up * f.axis;
   if (f.surface == Surface::side) {
-    const Vec3 out = f.cosine * unit_along(off, -w.n) + f.sine * f.axis;
-    const Feature line = generator(f, out);
+    const Vec3 aside = unit_along(off, -w.n), out = f.cosine * aside + f.sine * f.axis;
+    const Feature line = generator(f, aside);
     const double down = from.dot(line.axis);
     w.b = f.point + down * line.axis;
     w.n = -out;
@@ -85,8 +86,14 @@ bool straight_to_straight(const Feature& a, const Feature& b, double rounding, N
     const Vec3 n = std::copysign(1 / std::sqrt(det), across.dot(w.n)) * across;
     return line_to_line(a, b, n, rounding, w);
   }
-  const double d = a.axis.dot(b.axis), p = a.sine, q = -b.sine;
-  const double x = (p - d * q) / det, y = (q - d * p) / det, rest = 1 - x * p - y * q;
+  // n = x a + y b + z (a x b) with n a = sin_a and n b = -sin_b. Flat cones have sines near 1: differences of products
+  // of these are told by cosines and by `opposite`, 1 + a b, which keep their digits.
+  const double d = a.axis.dot(b.axis), cosines = a.cosine * b.cosine;
+  const double opposite = d < 0 ? det / (1 - d) : 1 + d;
+  const double a2 = a.cosine * a.cosine, b2 = b.cosine * b.cosine, sines = (b2 - a2) / (a.sine + b.sine);
+  const double lean = opposite - (a2 + b2 - a2 * b2) / (1 + a.sine * b.sine);
+  const double x = (sines + opposite * b.sine) / det, y = (sines - opposite * a.sine) / det;
+  const double rest = (cosines - lean) * (cosines + lean);
   if (!(rest > 0)) {
     // One of the normals is limited to a cone: b's, if it is one.
     const bool in_b = b.surface == Surface::side;
@@ -97,9 +104,10 @@ bool straight_to_straight(const Feature& a, const Feature& b, double rounding, N
     w.a = w.b = side.point + (slope < 0 ? side.high : 0.0) * down;
     return false;
   }
-  const Vec3 n = x * a.axis + y * b.axis + std::copysign(std::sqrt(rest / det), across.dot(w.n)) * across;
-  const Feature in_a = a.surface == Surface::side ? generator(a, n) : a;
-  const Feature in_b = b.surface == Surface::side ? generator(b, -n) : b;
+  const Vec3 z = std::copysign(std::sqrt(rest) / det, across.dot(w.n)) * across;
+  const Vec3 n = x * a.axis + y * b.axis + z;
+  const Feature in_a = a.surface == Surface::side ? generator(a, unit_or(z - y * a.axis.cross(across), n)) : a;
+  const Feature in_b = b.surface == Surface::side ? generator(b, unit_or(-z - x * b.axis.cross(across), n)) : b;
   return line_to_line(in_a, in_b, n, rounding, w);
 }
 
@@ -133,8 +141,9 @@ bool circle_to_line(Feature circle, const Feature& line, double rounding, Neares
   Feature straight = line;
   Vec3 out = on - on.dot(line.axis) * line.axis;
   if (side) {
-    out = line.cosine * unit(out) + line.sine * line.axis;
-    straight = generator(line, out);
+    const Vec3 aside = unit(out);
+    out = line.cosine * aside + line.sine * line.axis;
+    straight = generator(line, aside);
   } else {
     // Perpendicular to both: where they nearly touch, their difference is noise.
     const Vec3 across = line.axis.cross(c * circle.v - s * circle.u);

@@ -40,7 +40,7 @@ bool meet(const Circle& a, const Circle& b, Vec3& n) {
   if (det < tolerance::parallel_lines2) return false;
   const bool b_smaller = b.radius < a.radius;
   const double radius = b_smaller ? b.radius : a.radius;
-  if (std::min(det, radius * radius) < tolerance::crossing2) {
+  if (std::min(det, radius * radius) < tolerance::clearly_crossing2) {
     n = b_smaller ? meet_on(b, a, n) : meet_on(a, b, n);
     return true;
   }

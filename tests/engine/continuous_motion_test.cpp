@@ -465,3 +465,26 @@ TEST_CASE("scene: how many bodies are continuous is known through all changes") 
   CHECK(c.index() == b.index());
   CHECK_FALSE(scene.has_continuous());
 }
+
+TEST_CASE("continuous: free ends that no pose may have are refused, by body") {
+  Scene scene;
+  const ShapeId ball = scene.add_shape(Sphere{0.5});
+  std::vector<Pose> ends;
+  SECTION("it flies too far") {
+    scene.add_body({.shape = ball});
+    scene.add_body({.shape = ball, .velocity = {0, 1e300, 0}});
+    CHECK_THROWS_WITH(free_ends(scene, ends),
+                      Catch::Contains("body 1 after dt") && Catch::Contains("translation[1] is"));
+  }
+  SECTION("it spins too fast") {
+    scene.add_body({.shape = ball, .angular_velocity = {0, 0, 1e300}});
+    CHECK_THROWS_AS(free_ends(scene, ends), std::invalid_argument);
+  }
+  SECTION("at the largest coordinates it is let be") {
+    scene.dt = 1;
+    scene.add_body({.shape = ball, .velocity = {1e29, 0, 0}});
+    free_ends(scene, ends);
+    CHECK(ends[0].translation.x() == 1e29);
+    ContinuousMotion().limit(scene, ends);
+  }
+}

@@ -1,14 +1,17 @@
 // The documented properties of the deepest contact of two meshes: a translation that separates them, with a bound on
 // how much shorter one might be, for all sizes of bodies and triangles.
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
+#include <set>
 #include <vector>
 
 #include "catch.h"
 #include "mesh_samples.h"
 #include "random.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/shape_makers.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -124,4 +127,68 @@ TEST_CASE("mesh depth: contacts scale with the bodies") {
       }
     }
   }
+}
+
+namespace {
+
+using Cells = std::vector<std::array<std::int32_t, 3>>;
+
+// Without two alike, of a grid of 2 x 2 x 2.
+Cells some_cells(reference::Random& r) {
+  std::set<std::array<std::int32_t, 3>> cells;
+  for (int n = 1 + r.below(4); n > 0; --n) {
+    const int bits = r.below(8);
+    cells.insert({bits & 1, bits >> 1 & 1, bits >> 2});
+  }
+  return {cells.begin(), cells.end()};
+}
+
+// Do solids of such unit cubes, the second `by` farther on, touch without overlap, and do they part when it is moved a
+// little into one of the eight octants?
+bool touch(const Cells& a, const Cells& b, const std::array<int, 3>& by) {
+  const auto off = [&](const auto& p, const auto& q, std::size_t k) { return q[k] + by[k] - p[k]; };
+  bool any = false;
+  for (int octant = 0; octant < 8; ++octant) {
+    bool overlap = false;
+    for (const auto& p : a)
+      for (const auto& q : b) {
+        bool meet = true, closed = true;
+        for (std::size_t k = 0; k < 3; ++k) {
+          const int d = off(p, q, k), step = (octant >> k & 1) != 0 ? 1 : -1;
+          closed = closed && std::abs(d) <= 1;
+          meet = meet && (d == 0 || d == -step);
+        }
+        any = any || closed;
+        overlap = overlap || meet;
+      }
+    if (any && !overlap) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("mesh depth: solids of cubes hooked into each other that only touch are 0 deep") {
+  reference::Random r(8);
+  const NarrowPhase n;
+  int touching = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Cells a = some_cells(r), b = some_cells(r);
+    const std::array<int, 3> by{r.below(5) - 2, r.below(5) - 2, r.below(5) - 2};
+    if (!touch(a, b, by)) continue;
+    ++touching;
+    CAPTURE(i);
+    const Shape first = voxels(a, 1), second = voxels(b, 1);
+    const Pose at = Pose::at(by[0], by[1], by[2]);
+    const PairAnswer distance = n.solve(first, {}, second, at, Request::distance);
+    REQUIRE(distance.collide);
+    REQUIRE(distance.signed_distance == Approx(0).margin(1e-11));
+    for (const bool bounds : {true, false}) {
+      std::vector<Contact> contacts;
+      NarrowPhase({.mesh_bounds = bounds}).solve(first, {}, second, at, Request::contacts, &contacts);
+      REQUIRE_FALSE(contacts.empty());
+      for (const Contact& c : contacts) REQUIRE(c.depth == Approx(0).margin(1e-11));
+    }
+  }
+  CHECK(touching > 1000);
 }

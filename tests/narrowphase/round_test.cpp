@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include "catch.h"
 #include "judge.h"
@@ -508,6 +509,31 @@ TEST_CASE("round: a flat cone's rim is left straight out where that is the short
           .finished(),
       {-0.20438783163118257, -0.28017829965907054, -0.013972709729368066}};
   check_against_truth({disc, pose_a, small, pose_b});
+}
+
+TEST_CASE("round: an edge across a flat cone is as far from its side as a formula tells") {
+  reference::Random r(27);
+  const NarrowPhase n;
+  const Shape box(Box{{4, 0.5, 0.5}}), capsule(Capsule{0.1, 4}), cylinder(Cylinder{0.1, 4});
+  for (int i = 0; i < 600; ++i) {
+    const double height = std::pow(10.0, -r.in(0.5, 9)), slant = std::hypot(1, height), beside = r.in(0.1, 0.9);
+    // Above the side at `beside` from the axis: an edge of the box, or a line on a round one.
+    const double gap = std::pow(10.0, -r.in(1, 12)), at = (height / 2) - height * beside + gap * slant;
+    const double about = r.in(0, 6);
+    const Mat3 turn = Eigen::AngleAxisd(about, Vec3::UnitZ()).toRotationMatrix();
+    const Mat3 on_edge = Eigen::AngleAxisd(r.in(0.2, 1.3), Vec3::UnitX()).toRotationMatrix();
+    const Mat3 lying = Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()).toRotationMatrix();
+    const Vec3 edge(0, beside, at);
+    for (const Shape* other : {&box, &capsule, &cylinder}) {
+      const bool is_box = other == &box;
+      const Vec3 above(0, 0.1 * height / slant, 0.1 / slant);
+      const Vec3 middle = edge + (is_box ? Vec3(on_edge * Vec3(0, 0.25, 0.25)) : above);
+      const Pose pose{turn * (is_box ? on_edge : lying), turn * middle};
+      CAPTURE(name(other->kind()), i, height, gap);
+      const PairAnswer answer = n.solve(Shape(Cone{1, height}), Pose{}, *other, pose, Request::distance);
+      REQUIRE(answer.signed_distance == Approx(gap).margin(4e-15).epsilon(0));
+    }
+  }
 }
 
 TEST_CASE("round: the least depth over two rims is found, however narrow it is") {

@@ -231,6 +231,27 @@ class Calls(unittest.TestCase):
                 call()
             self.assertEqual(str(caught.exception), message)
 
+    def test_what_new_made_without_init_is_refused(self):
+        tried = 0
+        for kind in vars(tandem._tandem).values():
+            if not isinstance(kind, type) or issubclass(kind, Exception):
+                continue
+            empty = kind.__new__(kind)
+            for name in dir(kind):
+                if name.startswith("__"):
+                    continue
+                with self.subTest(kind=kind.__name__, name=name), self.assertRaisesRegex(TypeError, "made by __new__ alone"):
+                    member = getattr(empty, name)
+                    if not callable(member):
+                        raise TypeError("made by __new__ alone: a constant of the class")
+                    member()
+                tried += 1
+        self.assertGreater(tried, 50)
+        with self.assertRaisesRegex(TypeError, "made by __new__ alone"):
+            tandem.Pipeline().step(tandem.Scene.__new__(tandem.Scene))
+        with self.assertRaisesRegex(TypeError, "made by __new__ alone"):
+            tandem.distance(BALL, None, b=tandem.Shape.__new__(tandem.Shape), pose_b=None)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -37,7 +37,33 @@ void explain(PyObject* arguments, PyObject* named) {
   Py_XDECREF(trace);
 }
 
+// Made by __new__ alone, without a value: pybind11 would call a method of none.
+bool has_no_value(PyObject* object) {
+  if (PyType_IsSubtype(Py_TYPE(Py_TYPE(object)), py::detail::get_internals().default_metaclass) == 0) return false;
+  const auto* made = reinterpret_cast<const py::detail::instance*>(object);
+  return made->simple_layout && made->simple_value_holder[0] == nullptr;
+}
+
+// Sets a TypeError where one of them, from the given one on, has no value.
+bool refuse(PyObject* arguments, PyObject* named, Py_ssize_t first) {
+  const auto is_refused = [](PyObject* object) {
+    if (!has_no_value(object)) return false;
+    const std::string_view path = Py_TYPE(object)->tp_name;
+    const std::string name(path.substr(path.rfind('.') + 1));
+    PyErr_Format(PyExc_TypeError, "%s: made by __new__ alone, expected: %s(...)", name.c_str(), name.c_str());
+    return true;
+  };
+  for (Py_ssize_t k = first; k < PyTuple_GET_SIZE(arguments); ++k)
+    if (is_refused(PyTuple_GET_ITEM(arguments, k))) return true;
+  PyObject *name = nullptr, *value = nullptr;
+  for (Py_ssize_t at = 0; named != nullptr && PyDict_Next(named, &at, &name, &value) != 0;)
+    if (is_refused(value)) return true;
+  return false;
+}
+
+template <Py_ssize_t first>
 PyObject* call(PyObject* self, PyObject* arguments, PyObject* named) {
+  if (refuse(arguments, named, first)) return nullptr;
   PyObject* result = dispatcher(self, arguments, named);
   if (result == nullptr && PyErr_ExceptionMatches(PyExc_TypeError) != 0) explain(arguments, named);
   return result;
@@ -56,7 +82,10 @@ void explain_of(py::handle member) {
   if ((definition->ml_flags & flags) != flags || (definition->ml_flags & METH_FASTCALL) != 0) return;
   const auto its = reinterpret_cast<PyCFunctionWithKeywords>(reinterpret_cast<void (*)()>(definition->ml_meth));
   if (dispatcher == nullptr) dispatcher = its;
-  if (its == dispatcher) definition->ml_meth = reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(&call));
+  if (its != dispatcher) return;
+  // __init__ gives the first its value.
+  const auto ours = std::string_view(definition->ml_name) == "__init__" ? &call<1> : &call<0>;
+  definition->ml_meth = reinterpret_cast<PyCFunction>(reinterpret_cast<void (*)()>(ours));
 }
 
 }  // namespace

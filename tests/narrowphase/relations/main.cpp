@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cinttypes>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -205,13 +206,16 @@ struct Draft {
 // Returns the next pair, or null.
 using Source = std::function<std::shared_ptr<Draft>()>;
 
+// Set by an interrupt or the end of `timeout`: pairs in work are judged, and the counts are printed.
+volatile std::sig_atomic_t stopped = 0;
+
 // Checks pairs on several threads; counts and prints in the order of the pairs.
 int run(const Options& options, const Source& source) {
   using Made = std::shared_ptr<Draft>;
   using Done = std::shared_ptr<Judged>;
   Tally tally(options);
   const auto next = [&](tbb::flow_control& flow) {
-    Made draft = source();
+    Made draft = stopped == 0 ? source() : nullptr;
     if (draft == nullptr) flow.stop();
     return draft;
   };
@@ -292,6 +296,7 @@ int main(int argc, char** argv) {
   app.add_flag("--list", options.list, "print the pairs of the seeds as records, and judge none");
   app.add_flag("--raw", options.raw, "print failing pairs as they were drawn, not minimal ones");
   CLI11_PARSE(app, argc, argv);
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { stopped = 1; });
   try {
     return options.records.empty() ? run_random(options) : run_records(options);
   } catch (const std::exception& error) {

@@ -76,7 +76,8 @@ std::string motions(const Case& c, Random& random) {
       there_b{c.pair.b.shape, pose_at(b, end), c.pair.b.rounding};
   if (end > 0)
     for (const PosedShape* s : {&there_a, &there_b})
-      if (const double off = surface_distance(*s, touch->point); !(off <= tolerance + 2 * early * path))
+      if (const double off = surface_distance(*s, s == &there_a ? c.a : c.b, touch->point);
+          !(off <= tolerance + 2 * early * path))
         return say("the point of the first touch is ", off, " off ", s == &there_a ? "A" : "B");
   const auto other = plain().time_of_impact(c.b, b, c.a, a);
   if (!other) return say("exchanged: no first touch for one at ", end);
@@ -450,6 +451,82 @@ std::string cloud(const Case& c, Random& random) {
     return say("a cloud is ", r.signed_distance, " off, the nearest of its balls ", least);
   if (least < -tolerance && r.signed_distance > least + tolerance)
     return say("a cloud is ", -r.signed_distance, " deep, the deepest of its balls ", -least);
+  return {};
+}
+
+namespace {
+
+// A solid and the convex ones that it is the union of, in its frame.
+struct Union {
+  Shape whole;
+  std::vector<Shape> parts;
+  std::vector<Vec3> places;
+};
+
+Union cubes(double size, Random& random) {
+  std::vector<std::array<std::int32_t, 3>> cells;
+  std::vector<Vec3> places;
+  for (int n = 1 + random.below(8); n > 0; --n) {
+    const int z = random.below(3) - 1, y = random.below(3) - 1, x = random.below(3) - 1;
+    cells.push_back({x, y, z});
+    places.push_back(size * (Vec3(x, y, z) + Vec3::Constant(0.5)));
+  }
+  return {voxels(cells, size), std::vector<Shape>(cells.size(), Shape(Box{Vec3::Constant(size)})), places};
+}
+
+Union land(double size, Random& random) {
+  const int columns = 2 + random.below(3), rows = 2 + random.below(3);
+  const double bottom = -size * random.unit();
+  std::vector<double> heights(static_cast<std::size_t>(columns * rows));
+  for (double& h : heights) h = size * (random.once_in(4) ? 0.5 : random.in(0.1, 1));
+  Union land{
+      height_field(heights, static_cast<std::size_t>(columns), static_cast<std::size_t>(rows), size, bottom), {}, {}};
+  const auto at = [&](int i, int j) {
+    return Vec3((i - 0.5 * (columns - 1)) * size, (j - 0.5 * (rows - 1)) * size,
+                heights[static_cast<std::size_t>(j * columns + i)]);
+  };
+  for (int i = 0; i + 1 < columns; ++i)
+    for (int j = 0; j + 1 < rows; ++j)
+      for (const Vec3& beside : {at(i + 1, j), at(i, j + 1)}) {
+        Convex prism{{at(i, j), beside, at(i + 1, j + 1)}};
+        for (int k = 0; k < 3; ++k) {
+          const Vec3 top = prism.vertices[static_cast<std::size_t>(k)];
+          prism.vertices.push_back({top.x(), top.y(), bottom});
+        }
+        land.parts.push_back(Shape(prism));
+        land.places.push_back(Vec3::Zero());
+      }
+  return land;
+}
+
+}  // namespace
+
+// Cubes of a grid, or land, in A's place: the union of its cubes, or of prisms.
+std::string unions(const Case& c, Random& random) {
+  if (!(c.unit > 0)) return {};
+  const double size = random.in(0.05, 0.4) * c.unit;
+  const bool by_cubes = random.once_in(2);
+  const Union all = by_cubes ? cubes(size, random) : land(size, random);
+  const Pose& a = c.pair.a.pose;
+  const PairAnswer r = distance(all.whole, a, c.b, c.pair.b.pose);
+  double least = infinity, bound = 0;
+  bool any = false;
+  for (std::size_t k = 0; k < all.parts.size(); ++k) {
+    const Pose at{a.rotation, a * all.places[k]};
+    const PairAnswer part = distance(all.parts[k], at, c.b, c.pair.b.pose);
+    least = std::min(least, part.signed_distance);
+    bound = std::max(bound, part.error_bound);
+    any = any || collide(all.parts[k], at, c.b, c.pair.b.pose);
+  }
+  const double tolerance = rounding * (c.unit + all.whole.size()) + bound + 4 * world_rounding(c.pair);
+  const char* what = by_cubes ? "cubes" : "land";
+  if (collide(all.whole, a, c.b, c.pair.b.pose) != any && std::abs(least) > tolerance)
+    return say(what, ": collide is ", !any, ", the nearest of the parts is ", least, " off");
+  // Where parts meet, within the whole, each may be missed by rounding.
+  if (least > tolerance && !(std::abs(r.signed_distance - least) <= tolerance + r.error_bound))
+    return say(what, ": ", r.signed_distance, " off, the nearest of the parts ", least);
+  if (least <= tolerance && r.signed_distance - r.error_bound > least + tolerance)
+    return say(what, ": ", -r.signed_distance, " +- ", r.error_bound, " deep, the deepest of the parts ", -least);
   return {};
 }
 

@@ -16,6 +16,7 @@ std::string scene(const Case& c, Random& random);
 std::string near_triangles(const Case& c, Random& random);
 std::string triangle_places(const Case& c, Random& random);
 std::string cloud(const Case& c, Random& random);
+std::string unions(const Case& c, Random& random);
 std::string deformed(const Case& c, Random& random);
 
 }  // namespace tandem::relations

@@ -69,7 +69,14 @@ std::string same(const Case& c, const PosedPair& other, double factor = 1, bool 
   return difference(c.answers, answer(other), factor, c.unit, verdicts, c.pair.margin);
 }
 
-// The same shapes at other poses: hulls and hierarchies need not be built again.
+// One of two shapes given otherwise: the other's hull or hierarchy need not be built again.
+std::string same_but_one(const Case& c, const PosedPair& other, bool first) {
+  const Shape changed = make_shape(first ? other.a : other.b);
+  const Answers r = answer(first ? changed : c.a, other.a.pose, first ? c.b : changed, other.b.pose, other.margin);
+  return difference(c.answers, r, 1, c.unit, false, c.pair.margin);
+}
+
+// The same shapes at other poses.
 std::string same_shapes(const Case& c, const PosedPair& other, bool verdicts) {
   return difference(c.answers, answer(c.a, other.a.pose, c.b, other.b.pose, other.margin), 1, c.unit, verdicts,
                     c.pair.margin);
@@ -232,9 +239,9 @@ std::string witnesses(const Case& c, Random&) {
   const double tolerance = surface * c.unit + 4 * world_rounding(c.pair);
   if (const double off = (r.point_b - r.point_a - r.signed_distance * r.normal).norm(); !(off <= tolerance))
     return say("the points are off by ", off, " from distance x normal");
-  if (const double off = surface_distance(c.pair.a, r.point_a); !(off <= tolerance))
+  if (const double off = surface_distance(c.pair.a, c.a, r.point_a); !(off <= tolerance))
     return say("point_a is off A's surface by ", off);
-  if (const double off = surface_distance(c.pair.b, r.point_b); !(off <= tolerance))
+  if (const double off = surface_distance(c.pair.b, c.b, r.point_b); !(off <= tolerance))
     return say("point_b is off B's surface by ", off);
   return {};
 }
@@ -362,7 +369,8 @@ void shuffle(std::vector<T>& list, Random& random) {
     std::swap(list[i - 1], list[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
 }
 
-void permute(ShapeData& data, Random& random) {
+// False: of a kind that has no vertices.
+bool permute(ShapeData& data, Random& random) {
   if (auto* hull = std::get_if<Convex>(&data)) shuffle(hull->vertices, random);
   if (auto* triangle = std::get_if<Triangle>(&data))
     std::swap(triangle->vertices[0], triangle->vertices[1 + random.below(2)]);
@@ -379,13 +387,14 @@ void permute(ShapeData& data, Random& random) {
       std::rotate(t.begin(), t.begin() + random.below(3), t.end());
     }
   }
+  return std::holds_alternative<Convex>(data) || std::holds_alternative<Triangle>(data) ||
+         std::holds_alternative<Mesh>(data);
 }
 
 std::string permuted(const Case& c, Random& random) {
   PosedPair other = c.pair;
-  permute(other.a.shape, random);
-  permute(other.b.shape, random);
-  return same(c, other);
+  const bool a = permute(other.a.shape, random), b = permute(other.b.shape, random);
+  return a && b ? same(c, other) : same_but_one(c, other, a);
 }
 
 Mesh single(const std::array<Vec3, 3>& p) { return {{p[0], p[1], p[2]}, {{0, 1, 2}}, false}; }
@@ -494,8 +503,7 @@ std::string other_kind(const Case& c, Random&) {
       PosedShape& changed = first ? other.a : other.b;
       changed.shape = kind.shape;
       changed.rounding += kind.rounding;
-      const Answers r = answer(other);
-      if (std::string why = difference(c.answers, r, 1, c.unit, false, c.pair.margin); !why.empty())
+      if (std::string why = same_but_one(c, other, first); !why.empty())
         return say(first ? "A" : "B", " as ", name(changed.kind()), kind.rounding > 0 ? ", rounded: " : ": ", why);
     }
   return {};
@@ -533,9 +541,10 @@ std::string bracketed(const Case& c, Random&) {
   for (const bool first : {true, false})
     for (const auto& bracket : brackets((first ? c.pair.a : c.pair.b).shape))
       for (const bool around : {false, true}) {
-        PosedPair other = c.pair;
-        (first ? other.a : other.b).shape = bracket[around ? 1 : 0];
-        const PairAnswer r = distance(make_shape(other.a), other.a.pose, make_shape(other.b), other.b.pose);
+        PosedShape other = first ? c.pair.a : c.pair.b;
+        other.shape = bracket[around ? 1 : 0];
+        const Shape changed = make_shape(other);
+        const PairAnswer r = distance(first ? changed : c.a, c.pair.a.pose, first ? c.b : changed, c.pair.b.pose);
         const double beyond = around ? r.signed_distance - d : d - r.signed_distance;
         if (beyond > rounding * c.unit + error + r.error_bound)
           return say("distance ", d, ", but ", r.signed_distance, " of the ",
@@ -707,6 +716,7 @@ constexpr std::array table{
              has_triangles_only, near_triangles},
     Relation{"triangle-places", "the triangles of witness points lie there", has<Mesh>, triangle_places},
     Relation{"cloud", "a cloud of points is as near as the nearest of its balls", has<Convex, Triangle, Mesh>, cloud},
+    Relation{"unions", "cubes of a grid are their union, and land is that of prisms", any, unions},
     Relation{"deformed", "a mesh bent into its place is the mesh made there", has<Mesh>, deformed},
     Relation{"rounded", "balls about the points of two shapes take their radii off the distance", has_rounding,
              rounded},

@@ -22,22 +22,30 @@ double segment(const Vec2& p, const Vec2& a, const Vec2& b) {
   return (p - a - part * (b - a)).norm();
 }
 
-double asked(const ShapeData& data, const Vec3& p) {
-  ShapeData bare = data;
-  if (Mesh* mesh = std::get_if<Mesh>(&bare)) mesh->solid = false;
-  return NarrowPhase()
-      .solve(make_shape(bare), {}, Shape(Sphere{0}), {Mat3::Identity(), p}, Request::distance)
-      .signed_distance;
+double asked(const Shape& bare, const Vec3& p) {
+  return NarrowPhase().solve(bare, {}, Shape(Sphere{0}), {Mat3::Identity(), p}, Request::distance).signed_distance;
+}
+
+// Without the ball about each point and the inside of a solid mesh; hulls and hierarchies need not be built again.
+double asked(const PosedShape& posed, const Shape& made, const Vec3& p) {
+  const Mesh* mesh = std::get_if<Mesh>(&posed.shape);
+  const bool is_solid = mesh != nullptr && mesh->solid;
+  if (posed.rounding == 0 && !is_solid) return asked(made, p);
+  ShapeData bare = posed.shape;
+  if (is_solid) std::get<Mesh>(bare).solid = false;
+  return asked(make_shape(bare), p);
 }
 
 }  // namespace
 
-double surface_distance(const PosedShape& shape, const Vec3& world) {
+double surface_distance(const PosedShape& shape, const Shape& made, const Vec3& world) {
   const Vec3 p = shape.pose.rotation.transpose() * (world - shape.pose.translation);
   const double ring = std::hypot(p.x(), p.y());
   struct Distance {
+    const PosedShape& shape;
+    const Shape& made;
     const Vec3& p;
-    double ring, rounding;
+    double ring;
     double operator()(const Sphere& s) const { return p.norm() - s.radius; }
     double operator()(const Box& s) const { return box<Vec3>(p, s.size / 2); }
     double operator()(const Capsule& s) const {
@@ -49,7 +57,7 @@ double surface_distance(const PosedShape& shape, const Vec3& world) {
       return std::min(segment(q, rim, apex), segment(q, Vec2(0, -s.length / 2), rim));
     }
     double operator()(const Ellipsoid& s) const {
-      if (rounding > 0) return asked(s, p);  // what follows holds near its surface
+      if (shape.rounding > 0) return asked(shape, made, p);  // what follows holds near its surface
       const Vec3 q = p.cwiseQuotient(s.radii);
       const double k = q.norm(), gradient = q.cwiseQuotient(s.radii).norm();
       double far = gradient > 0 ? std::abs(k * (k - 1) / gradient) : s.radii.minCoeff();
@@ -60,12 +68,12 @@ double surface_distance(const PosedShape& shape, const Vec3& world) {
     }
     double operator()(const HalfSpace& s) const { return (s.normal.dot(p) - s.offset) / s.normal.norm(); }
     double operator()(const Plane& s) const { return std::abs(s.normal.dot(p) - s.offset) / s.normal.norm(); }
-    double operator()(const Convex& s) const { return asked(s, p); }
-    double operator()(const Triangle& s) const { return asked(s, p); }
+    double operator()(const Convex&) const { return asked(shape, made, p); }
+    double operator()(const Triangle&) const { return asked(shape, made, p); }
     // A point that touches a surface lies on it, however far it is out of there.
-    double operator()(const Mesh& s) const { return std::max(0.0, asked(s, p)); }
+    double operator()(const Mesh&) const { return std::max(0.0, asked(shape, made, p)); }
   };
-  return std::abs(std::visit(Distance{p, ring, shape.rounding}, shape.shape) - shape.rounding);
+  return std::abs(std::visit(Distance{shape, made, p, ring}, shape.shape) - shape.rounding);
 }
 
 }  // namespace tandem::relations

@@ -5,7 +5,8 @@
 namespace tandem::relations {
 
 /// Makes of a drawn pair one of: triangles given twice, a hull of up to 3,000 points, boxes in a stack, a solid within
-/// its like, thin walls, shapes far from their own origin, a shape twice at (nearly) one place, an exact place turned.
+/// its like, thin walls, shapes far from their own origin, a shape twice at (nearly) one place, an exact place turned,
+/// cubes of a grid and land.
 void make_unusual(PosedPair& pair, Random& r);
 
 }  // namespace tandem::relations

@@ -25,6 +25,8 @@ struct MotionStop {
 };
 
 /// The poses of all bodies after dt by their velocities alone, static ones included: one an index.
+/// Throws std::invalid_argument where that is no valid pose, for example of a body farther from the origin than poses
+/// may be.
 void free_ends(const Scene& scene, std::vector<Pose>& ends);
 
 /// Keeps continuous bodies (BodyOptions::continuous) from passing through others within a step, however fast they are:

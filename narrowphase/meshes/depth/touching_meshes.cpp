@@ -1,0 +1,129 @@
+#include "meshes/depth/touching_meshes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "convex/triangle_height.h"
+#include "meshes/depth/least_translation.h"
+#include "pairs/convex_pair.h"
+#include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
+#include "shapes/unit_vector.h"
+#include "shapes/work_meter.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+constexpr int rounds = 8;
+constexpr double longest = 8;              // translations, over a step
+constexpr double apart_already = 1.0 / 8;  // over a step: triangles that it has not sunk into each other
+
+// World axes, A's translation zero.
+class TouchingMeshes {
+ public:
+  TouchingMeshes(const Posed& a, const Posed& b, double slack, const NarrowPhaseOptions& options)
+      : a_(a), b_(b), slack_(slack), step_(slack / 2), options_(options), meter_(options.limit) {}
+
+  // Does no pair overlap, of many some? A translation is tried in any case: this saves most of those in vain.
+  bool seem_to_touch(std::span<const TrianglePair> pairs) {
+    constexpr std::size_t most = 256;
+    for (std::size_t k = 0; k < pairs.size(); k += 1 + pairs.size() / most)
+      if (overlap(pairs[k], Vec3::Zero()).signed_distance < -slack_) return false;
+    return true;
+  }
+
+  // The sum of the normals of A's triangles that meet less that of B's.
+  Vec3 sum_of_normals(std::span<const TrianglePair> pairs) {
+    Vec3 sum = Vec3::Zero();
+    for (const TrianglePair& pair : pairs) {
+      meter_.spend();
+      sum += normal(a_, pair[0]) - normal(b_, pair[1]);
+    }
+    return sum;
+  }
+
+  bool is_free(const Vec3& by) const {
+    return !meshes_collide(a_, {b_.shape, moved(by)}, options_.limit) &&
+           !meshes_collide(a_, {b_.shape, moved(2 * by)}, options_.limit);
+  }
+
+  // Where B is moved by `at`, pairs still meet: a translation has to lead beyond the plane between these. False where
+  // all such planes are known.
+  bool add_planes(const Vec3& at) {
+    constexpr std::size_t most = 64;
+    PairMemory memory(std::pmr::get_default_resource());
+    const Pose pose = moved(at);
+    TriangleTest test(a_.pose, pose, reach(mesh_of(b_.shape)));
+    const TrianglePairs pairs = meeting_pairs(a_, {b_.shape, pose}, test, options_, memory, nullptr);
+    const std::size_t before = planes_.size();
+    for (const bool sunk : {true, false}) {
+      for (const TrianglePair& pair : std::span(pairs).first(std::min(most, pairs.size()))) {
+        const PairAnswer r = overlap(pair, at);
+        if ((r.signed_distance < -apart_already * step_) != sunk) continue;
+        const Vec3 n = normal(a_, pair[0]), m = normal(b_, pair[1]);
+        // Of faces that slide on each other rounding tells the way out.
+        if (sunk)
+          add(r.normal);
+        else if (n.dot(m) < -one_patch)
+          add(n);
+      }
+      if (planes_.size() > before) return true;
+    }
+    return false;
+  }
+
+  // Beyond them all; false where there is no such translation, or only longer ones than a touch has.
+  bool shortest(Vec3& at) const {
+    return shortest_feasible(planes_, apart_already * step_, at) && at.norm() <= longest * step_;
+  }
+  Vec3 step_along(const Vec3& direction) const { return step_ * direction; }
+
+ private:
+  static constexpr double one_patch = 1 - tolerance::alike_cosines;
+
+  Pose moved(const Vec3& by) const { return {b_.pose.rotation, b_.pose.translation + by}; }
+
+  PairAnswer overlap(const TrianglePair& pair, const Vec3& at) {
+    meter_.spend(16);
+    const Corners p = mesh_of(a_.shape).corners(pair[0]), q = mesh_of(b_.shape).corners(pair[1]);
+    return solve_convex(TriangleView(p), a_.pose, TriangleView(q), moved(at), Request::distance, {}, nullptr);
+  }
+
+  // Unit, in the world; zero without area.
+  static Vec3 normal(const Posed& mesh, std::uint32_t t) {
+    const Corners c = mesh_of(mesh.shape).corners(t);
+    return mesh.pose.rotation * (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
+  }
+
+  void add(const Vec3& n) {
+    const auto is_known = [&](const Constraint& plane) { return plane.normal.dot(n) > one_patch; };
+    if (n.norm() > 0.5 && std::none_of(planes_.begin(), planes_.end(), is_known)) planes_.push_back({n, step_});
+  }
+
+  const Posed &a_, &b_;
+  const double slack_, step_;  // a step: of a translation beyond each plane
+  const NarrowPhaseOptions& options_;
+  WorkMeter meter_;
+  std::vector<Constraint> planes_;
+};
+
+}  // namespace
+
+std::optional<Vec3> parting_translation(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
+                                        double slack, const NarrowPhaseOptions& options) {
+  TouchingMeshes meshes(a, b, slack, options);
+  if (!meshes.seem_to_touch(pairs)) return std::nullopt;
+  const Vec3 sides = meshes.sum_of_normals(pairs);
+  const double length = sides.stableNorm();
+  if (!(length > 0)) return std::nullopt;
+  Vec3 at = meshes.step_along(unit(sides, length));
+  for (int i = 0; i < rounds; ++i) {
+    if (meshes.is_free(at)) return at;
+    if (!meshes.add_planes(at) || !meshes.shortest(at)) break;
+  }
+  return std::nullopt;
+}
+
+}  // namespace tandem
