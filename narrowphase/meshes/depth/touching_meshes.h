@@ -10,9 +10,9 @@
 
 namespace tandem {
 
-/// How B may be moved to leave A, where none of the triangles `pairs` that meet (not empty) is deeper in another than
-/// `slack`, metres, and a translation of about that length is found; else none. It is proven: the meshes do not meet
-/// there.
+/// A translation of B out of A, at most four times `slack` (metres) long, if none of the triangles `pairs` that meet
+/// (not empty; of many, those that are tested) is deeper in another than `slack` and one is found; else none. It is
+/// proven: after it the meshes do not meet.
 std::optional<Vec3> parting_translation(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                                         double slack, const NarrowPhaseOptions& options);
 
