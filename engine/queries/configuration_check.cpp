@@ -118,11 +118,10 @@ PoseList ConfigurationCheck::take_boxes(std::size_t first, std::size_t count, st
   return poses;
 }
 
-/// False if the limit was reached: preparing a mesh takes long.
+/// False if the limit was reached: the hull of a mesh takes long.
 bool ConfigurationCheck::has_link_boxes() const {
   try {
     for (const Shape& link : links_) {
-      prepare(link, &limit_);
       setup_->boxes.emplace_back(link, &limit_);
       setup_->grown_boxes.emplace_back(setup_->boxes.back(), options_.margin);
     }
@@ -130,6 +129,13 @@ bool ConfigurationCheck::has_link_boxes() const {
     return false;
   }
   return true;
+}
+
+/// Prepares the links for verdicts of overlap, if no limit may end it: verdicts do without.
+void ConfigurationCheck::prepare_links() const {
+  if (options_.margin > 0 || limit_.deadline != WorkLimit().deadline || limit_.ended || limit_.stop.stop_possible())
+    return;
+  for (const Shape& link : links_) prepare(link);
 }
 
 /// block(first, last, workspace) for all of `items`, on the threads of the caller's arena; not for those that come
@@ -352,6 +358,7 @@ void ConfigurationCheck::verdicts(std::span<Verdict> out) const {
   const std::size_t a_motion = options_.configurations_a_motion, motions = configurations_ / a_motion;
   if (out.size() != motions) refuse("the number of verdicts", out.size(), std::to_string(motions));
   std::fill(out.begin(), out.end(), Verdict::unknown);
+  prepare_links();
   const auto told = [](bool hits) { return hits ? Verdict::hit : Verdict::free; };
   if (a_motion != 1)
     return each_block(motions, at_once(8), [&](std::size_t first, std::size_t last, Workspace& work) {
@@ -410,6 +417,7 @@ void ConfigurationCheck::first_hits(std::span<FirstHit> out) const {
   if (options_.continuous)
     throw std::invalid_argument("configurations: continuous is true, allowed where hits are told: false");
   std::fill(out.begin(), out.end(), FirstHit{});
+  prepare_links();
   each_block(motions, at_once(1), [&](std::size_t first, std::size_t last, Workspace& work) {
     PoseList poses = take_boxes(first * count, (last - first) * count, setup_->grown_boxes, work);
     find_ends(work);

@@ -69,6 +69,7 @@ class ConfigurationCheck {
  private:
   using Workspace = CheckWorkspace;
 
+  void prepare_links() const;
   bool has_link_boxes() const;
   template <class Block>
   void each_block(std::size_t items, std::size_t most, const Block& block) const;

@@ -26,6 +26,23 @@ void IntervalBits::build(const BoxArray& boxes) {
     per_metre_[k] = is_cut ? per_metre : 0;
   }
   for (std::uint32_t i = 0; i < n; ++i) move(i, boxes[i]);
+  if (!divides(boxes)) words_ = 0;
+}
+
+// Slabs over the extent of one large box may hold all others: a hierarchy is faster then.
+bool IntervalBits::divides(const BoxArray& boxes) const {
+  constexpr std::size_t most_per_overlap = 8;
+  std::size_t visited = 0, overlapping = 0;
+  for (std::size_t i = 0; i < boxes.size(); ++i) {
+    const Aabb box = boxes[i];
+    if (!(box.lo[0] <= box.hi[0])) continue;
+    visit_near(ends_of(box), [&](std::uint32_t other) {
+      ++visited;
+      overlapping += overlap(boxes[other], box) ? 1 : 0;
+      return true;
+    });
+  }
+  return visited <= most_per_overlap * overlapping;
 }
 
 void IntervalBits::turn(std::size_t which, std::size_t first, std::size_t last, std::uint32_t index) {

@@ -35,7 +35,7 @@ class IntervalBits {
     std::array<std::vector<std::uint8_t>, 6> ends_;
   };
 
-  /// Builds the sets, unless there are more than `most` boxes.
+  /// Builds the sets, unless there are more than `most` boxes or the slabs hardly separate them.
   void build(const BoxArray& boxes);
   bool is_built() const { return words_ != 0; }
   /// To be called after a box has changed; either may be empty.
@@ -76,6 +76,7 @@ class IntervalBits {
     const float off = std::clamp(x - origin_[axis], 0.0f, extent_[axis]) * per_metre_[axis];
     return static_cast<std::uint8_t>(std::min(static_cast<float>(slabs - 1), off));
   }
+  bool divides(const BoxArray& boxes) const;
   void turn(std::size_t which, std::size_t first, std::size_t last, std::uint32_t index);
 
   std::size_t words_ = 0;  // of a set

@@ -98,7 +98,7 @@ double exit_of_cone(double radius, double length, const Vec3& p, const Vec3& d) 
   } else if (a < 0) {
     // Steeper than the lateral surface: both roots have the same sign; for upward lines they are ahead, with the apex
     // before the second.
-    if (const double det = b * b - a * c; fall < 0 && det >= 0) out = std::min(out, c / (-b - std::sqrt(det)));
+    if (fall < 0) out = std::min(out, c / (-b - std::sqrt(std::max(0.0, b * b - a * c))));
   } else if (b > 0) {
     out = std::min(out, -c / (2 * b));
   }

@@ -128,3 +128,16 @@ TEST_CASE("configurations: among more bodies than fit in sets of bits the same a
   CHECK(free > 10);
   CHECK(free < 140);
 }
+
+TEST_CASE("sets of boxes by slabs: not built where a large box takes all slabs") {
+  Random random(6);
+  BoxArray boxes;
+  boxes.resize(300);
+  for (std::size_t i = 0; i < 300; ++i) boxes.set(i, random_box(random, 1, 0.1));
+  IntervalBits bits;
+  bits.build(boxes);
+  CHECK(bits.is_built());
+  boxes.set(0, {{-50, -50, -50}, {50, 50, 50}});
+  bits.build(boxes);
+  CHECK_FALSE(bits.is_built());
+}

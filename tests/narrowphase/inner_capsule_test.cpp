@@ -122,3 +122,50 @@ TEST_CASE("inner capsule: long thin shapes that are turned any way") {
   }
   CHECK(told > 100);
 }
+
+TEST_CASE("inner capsule: axis-aligned cones in a pocket of a solid are free") {
+  // A block with a pocket that opens downwards.
+  Mesh block;
+  block.solid = true;
+  for (const double z : {0.0, 10.0})
+    for (const auto& [x, y] : {std::pair{-2.0, -2.0}, {2.0, -2.0}, {2.0, 2.0}, {-2.0, 2.0}})
+      block.vertices.emplace_back(x, y, z);
+  for (const double z : {0.0, 3.0})
+    for (const auto& [x, y] : {std::pair{-1.5, -1.5}, {1.5, -1.5}, {1.5, 1.5}, {-1.5, 1.5}})
+      block.vertices.emplace_back(x, y, z);
+  for (std::uint32_t k = 0; k < 4; ++k) {
+    const std::uint32_t n = (k + 1) % 4;
+    block.triangles.push_back({k, n, 4 + n}), block.triangles.push_back({k, 4 + n, 4 + k});                 // sides
+    block.triangles.push_back({8 + k, 12 + n, 8 + n}), block.triangles.push_back({8 + k, 12 + k, 12 + n});  // pocket
+    block.triangles.push_back({k, 8 + n, n}), block.triangles.push_back({k, 8 + k, 8 + n});                 // border
+  }
+  block.triangles.push_back({4, 5, 6}), block.triangles.push_back({4, 6, 7});
+  block.triangles.push_back({12, 14, 13}), block.triangles.push_back({12, 15, 14});
+  const Shape solid(block);
+  make_inner_capsule(solid, nullptr);
+  REQUIRE(mesh_of(solid).inner_capsule().made()->radius > 0.5);
+  const Pose pose;
+  for (int r = 1; r < 14; ++r)
+    for (int length = 1; length < 18; ++length) {
+      const Shape cone = Cone{0.1 * r, 0.1 * length};
+      const Pose at{Mat3::Identity(), {0, 0, 1}};
+      CAPTURE(r, length);
+      REQUIRE_FALSE(meets_inner_capsule({solid, pose}, {cone, at}));
+    }
+}
+
+TEST_CASE("inner capsule: meshes of any size that shapes may have are prepared") {
+  for (const double size : {1e-26, 1e-12, 1e29}) {
+    Mesh cube = box_mesh(Vec3(size, size, size));
+    cube.solid = true;
+    CAPTURE(size);
+    CHECK_NOTHROW(prepare(Shape(cube)));
+  }
+  Mesh far = box_mesh(Vec3(1, 1, 1));
+  far.solid = true;
+  for (Vec3& v : far.vertices) v += Vec3(1e11, 0, 0);
+  const Shape mesh(far), ball = Sphere{0.1};
+  prepare(mesh);
+  const Pose at, there{Mat3::Identity(), {1e11, 0, 0}};
+  CHECK_FALSE(meets_inner_capsule({mesh, at}, {ball, there}));  // rotations need not be that exact
+}

@@ -15,6 +15,10 @@
 namespace tandem {
 namespace {
 
+constexpr std::size_t most_faces = 128;  // of a hull that is asked how far it extends
+// Of a tube each is as near to the axis as any other, and each is solved.
+constexpr std::size_t most_triangles = 8192;
+
 /// The radius of the largest ball about each point of the segment from -half to half about the box's middle that keeps
 /// to one side of the surface, to rounding.
 double inner_radius(const Shape& mesh, const Vec3& half, const WorkLimit* limit) {
@@ -31,9 +35,13 @@ double inner_radius(const Shape& mesh, const Vec3& half, const WorkLimit* limit)
 InnerCapsule find_inner_capsule(const Shape& mesh, const WorkLimit* limit) {
   const MeshModel& model = mesh_of(mesh);
   InnerCapsule best{model.centre, Vec3::Zero(), 0};
-  if (!model.solid || !is_inside(model, model.centre, limit)) return best;
+  if (!model.solid || model.triangles.size() > most_triangles || !is_inside(model, model.centre, limit)) return best;
   Eigen::Index axis;
   const double longest = model.half.maxCoeff(&axis);
+  // The thin shapes below must be of sizes that shapes may have.
+  if (!(tolerance::askew_in_floats * mesh.size() >= tolerance::shortest_length) ||
+      !(2 * longest <= tolerance::longest_length))
+    return best;
   double most = 0;
   for (const double part : {0.0, 0.5, 0.75, 0.9}) {
     const Vec3 half = part * longest * Vec3::Unit(axis);
@@ -44,9 +52,10 @@ InnerCapsule find_inner_capsule(const Shape& mesh, const WorkLimit* limit) {
   return best;
 }
 
-/// The radius, less the error of rotations that are not quite orthonormal.
-double certain(double radius, const Posed& mesh, const Posed& other) {
-  return radius - tolerance::askew_in_floats * (mesh.shape.size() + other.shape.size());
+/// The radius, less the error of rotations that are not quite orthonormal and of places.
+double certain(double radius, const InnerCapsule& inner, const Vec3& own, const Posed& mesh, const Posed& other) {
+  return radius -
+         tolerance::askew_in_floats * (mesh.shape.size() + other.shape.size() + inner.centre.norm() + own.norm());
 }
 
 bool meets_other(const InnerCapsule& inner, const Posed& mesh, const Posed& other) {
@@ -58,7 +67,7 @@ bool meets_other(const InnerCapsule& inner, const Posed& mesh, const Posed& othe
         segment_distance(inner.centre, inner.half, to_mesh.rotation * in_other->centre + to_mesh.translation,
                          to_mesh.rotation * in_other->half)
             .distance;
-    return distance < certain(inner.radius + in_other->radius, mesh, other);
+    return distance < certain(inner.radius + in_other->radius, inner, in_other->centre, mesh, other);
   }
   const ConvexView convex = view(other.shape);
   const Vec3 own = convex.hull != nullptr ? convex.hull->inside : Vec3(0, 0, 0);
@@ -68,10 +77,11 @@ bool meets_other(const InnerCapsule& inner, const Posed& mesh, const Posed& othe
   const Vec3 near = inner.centre + along * inner.half;
   // The convex shape extends from its middle towards the segment at least by its exit length.
   const Vec3 between = near - middle;
-  const double length = between.norm(), radius = certain(inner.radius, mesh, other);
+  const double length = between.norm(), radius = certain(inner.radius, inner, own, mesh, other);
   if (length < radius) return true;
-  return radius > 0 &&
-         length - tandem::exit_length(convex, own, to_mesh.rotation.transpose() * (between / length)) < radius;
+  if (!(radius > 0) || (convex.hull != nullptr && convex.hull->faces.size() > most_faces)) return false;
+  const double exit = tandem::exit_length(convex, own, to_mesh.rotation.transpose() * (between / length));
+  return std::isfinite(exit) && length - exit < radius;
 }
 
 }  // namespace
