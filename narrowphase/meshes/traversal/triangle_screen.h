@@ -1,3 +1,4 @@
+// A bottom node's triangles and a convex shape, a lane each: which lie so deep in it that they push nowhere.
 #pragma once
 #include <array>
 #include <cstdint>
