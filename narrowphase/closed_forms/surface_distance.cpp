@@ -128,55 +128,6 @@ double exit_of_hull(const Hull& hull, const Vec3& p, const Vec3& d) {
 
 }  // namespace
 
-namespace {
-
-std::optional<WaysOut> out_of_sphere(double radius, const Vec3& p, const Vec3& d, double slack) {
-  const double away = p.norm();
-  if (!(away > 0 && away < radius - slack)) return {};
-  return WaysOut{unit(p, away), radius - away, exit_of_capsule(radius, 0, p, d)};
-}
-
-// Along an axis, or by the tangent plane at the point where the ray from the centre through p leaves.
-std::optional<WaysOut> out_of_ellipsoid(const ConvexView& shape, const Vec3& p, const Vec3& d, double slack) {
-  const Vec3 a = radii_of(shape), q = p.cwiseQuotient(a);
-  const double share = q.norm();
-  if (!(share < 1)) return {};
-  int axis = 0;
-  const double straight = (a - p.cwiseAbs()).minCoeff(&axis);
-  WaysOut out{Vec3::Zero(), straight, exit_length(shape, p, d)};
-  out.normal[axis] = std::copysign(1.0, p[axis]);
-  if (share > 0) {
-    const Vec3 n = unit(q.cwiseQuotient(a));
-    if (const double radial = n.dot(p) * (1 - share) / share; radial < straight) out.normal = n, out.distance = radial;
-  }
-  if (!(out.distance > slack)) return {};
-  return out;
-}
-
-std::optional<WaysOut> out_of_hull(const Hull& hull, const Vec3& p, const Vec3& d, double slack) {
-  double least = infinity, exit = infinity, speed = 1;
-  const Hull::Face* nearest = nullptr;
-  for (const Hull::Face& face : hull.faces) {
-    const double below = face.offset - face.normal.dot(p), own = face.normal.dot(d);
-    if (!(below > slack)) return {};
-    if (below < least) least = below, nearest = &face;
-    if (own > 0 && below * speed < exit * own) exit = below, speed = own;
-  }
-  return WaysOut{nearest->normal, least, exit / speed};
-}
-
-}  // namespace
-
-std::optional<WaysOut> ways_out(const ConvexView& shape, const Vec3& p, const Vec3& d, double slack) {
-  if (shape.kind == ShapeKind::sphere) return out_of_sphere(shape.param[0], p, d, slack);
-  if (shape.kind == ShapeKind::ellipsoid) return out_of_ellipsoid(shape, p, d, slack);
-  if (shape.hull != nullptr && shape.hull->dimension == 3 && shape.hull->faces.size() <= most_faces)
-    return out_of_hull(*shape.hull, p, d, slack);
-  const auto surface = surface_distance(shape, p, slack);
-  if (!surface || !surface->inside) return {};
-  return WaysOut{surface->normal, -surface->distance, exit_length(shape, p, d)};
-}
-
 std::optional<SurfaceDistance> surface_distance(const ConvexView& shape, const Vec3& p, double slack) {
   switch (shape.kind) {
     case ShapeKind::box:

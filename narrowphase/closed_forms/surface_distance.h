@@ -26,16 +26,4 @@ Vec3 ellipsoid_normal(const Vec3& radii, const Vec3& p);
 /// hulls. Not for half-spaces and meshes.
 double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d);
 
-/// Bounds on the depth of a point inside a shape.
-struct WaysOut {
-  Vec3 normal;      ///< unit, outward, at a point of the surface
-  double distance;  ///< metres to the tangent plane at that point: no less than the least distance to the surface
-  double exit;      ///< metres along a given direction, as exit_length
-};
-
-/// For a point that is inside by more than `slack` (metres), and a direction d (unit): only what takes no iterations,
-/// so for an ellipsoid the normal is not that of the nearest point. Empty for other points, and where surface_distance
-/// is. Also for spheres.
-std::optional<WaysOut> ways_out(const ConvexView& shape, const Vec3& p, const Vec3& d, double slack);
-
 }  // namespace tandem

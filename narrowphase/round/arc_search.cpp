@@ -183,8 +183,9 @@ void search_face_arcs(Minima& m, int which, const FaceReach& reach) {
     for (const std::uint32_t i : {0u, 1u, 2u})
       for (const std::uint32_t face : {0u, 1u}) follow(i, face, 2 + i);
   } else {
-    WorkMeter meter(m.pair.difference.limit, few_edges);
-    for (const Hull::Edge& e : body.hull().edges) {
+    const std::vector<Hull::Edge>& edges = body.hull().edges;
+    WorkMeter meter(m.pair.difference.limit, edges.size() > few_edges ? 0 : few_edges);
+    for (const Hull::Edge& e : edges) {
       meter.spend();
       follow(e.v[0], e.face[0], e.face[1]);
     }

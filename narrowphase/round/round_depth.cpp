@@ -218,12 +218,15 @@ double Search::search_meridian() {
   return std::exchange(m_.gap, known);
 }
 
+/// A large hull looks at its limit from the start.
+int unchecked_edges(const Hull& hull) { return hull.edges.size() > few_edges ? 0 : few_edges; }
+
 /// Descends from the normals of a hull's faces with smaller supports: those of a flat hull lie so close together that a
 /// descent from a polytope's face finds only one of their minima.
 void Search::try_faces(int which) {
   const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
   const Hull& hull = body.hull();
-  WorkMeter meter(pair_.difference.limit, few_edges);
+  WorkMeter meter(pair_.difference.limit, unchecked_edges(hull));
   for (const Hull::Face& face : hull.faces) {
     meter.spend();
     const Vec3 n = body.axes() * face.normal;
@@ -241,7 +244,7 @@ void Search::search_near_edges(int which) {
   const Vec3 m = body.axes().transpose() * m_.best.n;
   const double level = m.dot(hull.vertices[static_cast<std::size_t>(body.support_piece(m_.best.n))]) -
                        tolerance::near_features * pair_.scale;
-  WorkMeter meter(pair_.difference.limit, few_edges);
+  WorkMeter meter(pair_.difference.limit, unchecked_edges(hull));
   for (const Hull::Edge& e : hull.edges) {
     meter.spend();
     const Vec3 &p = hull.vertices[e.v[0]], &q = hull.vertices[e.v[1]];
@@ -259,7 +262,7 @@ void Search::search_kinks() {
     } else if (body.kind() == ShapeKind::convex && pair_.body[1 - which].has_circle()) {
       // Between a flat hull's face and its back, or all around a segment.
       const Hull& hull = body.hull();
-      WorkMeter meter(pair_.difference.limit, few_edges);
+      WorkMeter meter(pair_.difference.limit, unchecked_edges(hull));
       for (const Hull::Edge& e : hull.edges) {
         meter.spend(16);
         if (m_.best.h > 0)

@@ -166,31 +166,3 @@ TEST_CASE("the distance of a point to a surface is as long as the least along an
       }
     }
 }
-
-TEST_CASE("ways out of a shape: planes that hold all of it, no nearer than the surface, and where a line leaves") {
-  Random r(9);
-  for (const ShapeKind kind : {ShapeKind::sphere, ShapeKind::box, ShapeKind::capsule, ShapeKind::cylinder,
-                               ShapeKind::cone, ShapeKind::ellipsoid, ShapeKind::convex})
-    for (int i = 0; i < 200; ++i) {
-      const Shape shape = random_shape(kind, r);
-      const ConvexView v = view(shape);
-      const Vec3 edge = core_support(v, r.direction()), d = r.direction();
-      const double outside = kind == ShapeKind::sphere || kind == ShapeKind::capsule ? core_radius(v) : 0;
-      Vec3 p = core_centre(v) + r.in(0.01, 0.99) * (edge - core_centre(v)) + r.in(0, 0.9) * outside * r.direction();
-      if (kind == ShapeKind::ellipsoid && i % 4 == 1) p[i % 3] = 0;
-      CAPTURE(name(kind), i);
-      const auto ways = ways_out(v, p, d, 1e-9);
-      if (const auto surface = surface_distance(v, p, 1e-9)) {
-        REQUIRE(ways.has_value() == surface->inside);
-        if (!ways) continue;
-        CHECK(ways->distance >= -surface->distance - 1e-12);
-      }
-      if (!ways) continue;  // a flat hull
-      CHECK(ways->normal.norm() == Approx(1));
-      CHECK(ways->normal.dot(core_support(v, ways->normal)) + core_radius(v) - ways->normal.dot(p) ==
-            Approx(ways->distance).margin(1e-12));
-      CHECK(ways->exit == Approx(exit_length(v, p, d)).margin(1e-12));
-      const Vec3 far = p + (ways->exit + shape.size()) * d;
-      CHECK(!ways_out(v, far, d, 1e-9));
-    }
-}

@@ -63,3 +63,69 @@ TEST_CASE("contacts with a convex shape: of triangles deep inside none that push
   CHECK(inside > 4000);
   CHECK(pushing > 50);
 }
+
+namespace {
+
+// Is anything of the contacts along n (unit) over the triangle?
+bool is_over(const MeshConvexPair& pair, const Corners& p, const Vec3& n) {
+  const Vec3 low = pair.support(-n);
+  const double depth = n.dot(p[0] - low);
+  std::vector<Contact> contacts;
+  pair.append_patch(p, {-depth, low + depth * n, low, n, 0}, contacts);
+  const double turn = n.dot(area_vector(p)) > 0 ? 1 : -1;
+  const auto is_beyond = [&](const Vec3& at) {
+    for (std::size_t k = 0; k < 3; ++k)
+      if (turn * (p[(k + 1) % 3] - p[k]).cross(n).dot(at - p[k]) > 0) return true;
+    return false;
+  };
+  return std::any_of(contacts.begin(), contacts.end(),
+                     [&](const Contact& c) { return c.feature != 0xffffffffu || !is_beyond(low); });
+}
+
+}  // namespace
+
+TEST_CASE("triangles screened at once: depths, chords and what lies beside are as told") {
+  Random random(8);
+  std::size_t deep = 0, beside = 0;
+  Mesh surface = torus(0.5, 0.25, 40, 24);
+  surface.solid = false;
+  for (const Shape& mesh : {Shape(torus(0.5, 0.25, 40, 24)), Shape(surface)})
+    for (const Shape& convex : large_shapes())
+      for (int i = 0; i < 4; ++i) {
+        const Pose at{random.rotation(), random.vec(-0.5, 0.5)}, home;
+        const NarrowPhaseOptions options;
+        const MeshConvexPair pair({mesh, home}, {convex, at}, options);
+        const TriangleScreen screen = pair.screen();
+        REQUIRE(screen.applies());
+        ScreenedTriangles screened;
+        const auto check = [&](const Corners& p, std::size_t lane) {
+          const PairAnswer own = pair.solve(p, Request::distance);
+          const double depth = screened.depth[lane];
+          CHECK(own.signed_distance < 0);
+          CHECK(-own.signed_distance <= depth);
+          const Vec3 normal = area_vector(p).normalized(), across = normal.cross(random.direction()).normalized();
+          CHECK(screened.chord[lane] <= normal.dot(pair.support(normal) - pair.support(-normal)) + 1e-9);
+          const double cosine = depth / screened.chord[lane] + screened.cosine_off[lane];
+          const Vec3 leaning = cosine * normal + std::sqrt(std::max(0.0, 1 - cosine * cosine)) * across;
+          for (const double side : {1.0, -1.0}) {
+            const Vec3 n = side * leaning;
+            if (side > 0 || !mesh_of(mesh).solid)
+              CHECK(std::max({n.dot(p[0]), n.dot(p[1]), n.dot(p[2])}) - n.dot(pair.support(-n)) >= depth * (1 - 1e-6));
+          }
+          if ((screened.beside >> lane & 1) == 0) return;
+          ++beside;
+          const bool as_wound = mesh_of(mesh).solid || normal.dot(pair.centre() - p[0]) > 0;
+          CHECK_FALSE(is_over(pair, p, as_wound ? normal : Vec3(-normal)));
+        };
+        pair.query().each_bottom(0, [&](const MeshNode& node, std::uint32_t within) {
+          screen.look(node, within, screened);
+          for (std::uint32_t lane = 0; lane < mesh_lanes; ++lane)
+            if ((screened.deep & within) >> lane & 1)
+              ++deep, check(pair.corners(pair.model().triangle_of(node, lane)), lane);
+          return false;
+        });
+      }
+  CAPTURE(deep, beside);
+  CHECK(deep > 10000);
+  CHECK(beside > 5000);
+}

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 
 #include "closed_forms/closed_forms.h"
@@ -184,42 +185,23 @@ bool ConvexContacts::depth_along_plane(const Corners& p, const TrianglePlane& pl
   return true;
 }
 
-// Is a triangle of a solid so far inside the convex shape that it can push along no direction (chord_forbids), as its
-// middle tells, or with that the corner that is the last to come out? Then it has what lies along its own normal alone,
-// appended to `found`, and its depth is looked for where all others are less deep.
-bool ConvexContacts::is_swallowed(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found) const {
-  if (!pair_.model().solid) return false;
-  const Mat3& turn = pair_.turn();
-  const Corners own{turn.transpose() * p[0], turn.transpose() * p[1], turn.transpose() * p[2]};
-  const Vec3 area = area_vector(own), middle = (own[0] + own[1] + own[2]) / 3;
-  const double length = area.norm();
-  if (!(length > 0)) return false;
-  const Vec3 n = unit(area, length);
-  const ConvexView& convex = pair_.convex();
-  double depth = infinity, exit = 0, depth_there = 0;
-  Vec3 last;
-  const auto look_from = [&](const Vec3 from) {
-    const auto ways = ways_out(convex, from, -n, 10 * pair_.slack());
-    if (!ways) return false;
-    const auto is_deeper = [&](const Vec3& x, const Vec3& y) { return ways->normal.dot(x) < ways->normal.dot(y); };
-    last = *std::min_element(own.begin(), own.end(), is_deeper);
-    depth_there = ways->distance;
-    depth = std::min(depth, depth_there + std::max(0.0, ways->normal.dot(from - last)));
-    exit = std::max(exit, ways->exit);
-    return true;
-  };
-  if (!look_from(middle)) return false;
+// Is a triangle so far inside the convex shape that it can push along no direction (chord_forbids), as its middle and
+// corners tell? Then it has what lies along its own normal alone, appended to `found`, and its depth is looked for
+// where all others are less deep.
+bool ConvexContacts::is_swallowed(std::uint32_t t, std::size_t lane, const ScreenedTriangles& screened, Seen& seen,
+                                  std::vector<Contact>& found) const {
+  if ((screened.deep >> lane & 1) == 0) return false;
+  const double depth = screened.depth[lane], chord = screened.chord[lane];
   const std::optional<double> least_cosine = CornerNormals::kept_least_cosine(pair_.model(), t);
-  const auto forbids = [&] { return exit * *least_cosine > depth + tolerance::flush * pair_.size(); };
-  if (!least_cosine) return false;
-  // By the corner only where the middle alone is deep enough.
-  const bool may_help = exit * *least_cosine > depth_there;
-  if (!forbids() && !(may_help && look_from(last) && forbids())) return false;
-  if (!is_known_beside(own, n, core_support(convex, -n) - core_radius(convex) * n, seen)) {
+  if (!least_cosine || !(chord * (*least_cosine - screened.cosine_off[lane]) > depth)) return false;
+  if ((screened.beside >> lane & 1) == 0) {
+    const Corners p = pair_.corners(t);
     const TrianglePlane plane = pair_.plane_of(p);
-    if (!plane.flat) return false;
-    const Vec3 low = pair_.support(-plane.normal);
-    append_over(p, plane.normal, low, plane.normal.dot(p[0] - low), found);
+    const double side = plane.normal.dot(pair_.centre() - p[0]);
+    if (!plane.flat || (side == 0 && !pair_.model().solid)) return false;
+    const Vec3 n = pair_.model().solid || side > 0 ? plane.normal : Vec3(-plane.normal);
+    const Vec3 low = pair_.support(-n);
+    append_over(p, n, low, n.dot(p[0] - low), found);
   }
   seen.leave(t, depth);
   return true;
@@ -353,25 +335,30 @@ void ConvexContacts::find(PairAnswer& near, PatchCollector& all, std::vector<Con
   pair_.model().neighbours(pair_.options().limit);  // what follows asks for it
   const double margin = pair_.options().margin;
   ClearPlanes clear;
+  const TriangleScreen screen = pair_.screen();
   Seen seen(near, lent_memory(pair_.options()));
   const std::size_t first = scratch.size();
   WorkMeter meter(pair_.options().limit, a_solve);
-  const auto of_hull = static_cast<int>(pair_.convex().vertices.size() / 16);  // beside what each visit spends
-  pair_.each_near(margin, [&](std::uint32_t t) {
-    meter.spend(of_hull);
+  const BoxQuery query = pair_.query();
+  const int a_visit = query.a_visit() + static_cast<int>(pair_.convex().vertices.size() / 16);
+  ScreenedTriangles screened;
+  const auto visit = [&](std::uint32_t t, std::size_t lane) {
+    if (is_swallowed(t, lane, screened, seen, scratch)) return;
     const Corners p = pair_.corners(t);
-    if (seen.swallowed.is_due()) {
-      const bool is_in = is_swallowed(t, p, seen, scratch);
-      seen.swallowed.tell(is_in);
+    if (clear.separate(p, margin + pair_.slack())) return;
+    const Apart apart = find_contacts(t, p, seen, scratch, first);
+    if (apart.gap > margin && !apart.normal.isZero()) clear.add(pair_.support_plane(apart.normal));
+  };
+  query.each_bottom(margin, [&](const MeshNode& node, std::uint32_t within) {
+    if (screen.applies()) screen.look(node, within, screened);
+    for (std::uint32_t left = within; left != 0; left &= left - 1) {
+      meter.spend(a_visit);
+      const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));
+      const std::uint32_t t = pair_.model().triangle_of(node, lane);
+      visit(t, lane);
       all.add(t, std::span<const Contact>(scratch).subspan(first));
       scratch.resize(first);
-      if (is_in) return false;
     }
-    if (clear.separate(p, margin + pair_.slack())) return false;
-    const Apart apart = find_contacts(t, p, seen, scratch, first);
-    all.add(t, std::span<const Contact>(scratch).subspan(first));
-    scratch.resize(first);
-    if (apart.gap > margin && !apart.normal.isZero()) clear.add(pair_.support_plane(apart.normal));
     return false;
   });
   find_deepest(seen);

@@ -62,8 +62,8 @@ class ConvexContacts {
     alignas(std::max_align_t) std::array<std::byte, 4096> usual;
     std::pmr::monotonic_buffer_resource memory;
     std::pmr::vector<Unsolved> unsolved{
-        &memory};                 ///< a heap: those that may be deeper than all that were asked before them
-    Turns swallowed{}, beside{};  ///< when is_swallowed and lies_beside are worth asking
+        &memory};  ///< a heap: those that may be deeper than all that were asked before them
+    Turns beside;  ///< when lies_beside is worth asking
 
     void leave(std::uint32_t t, double depth) {
       if (!(depth > -near.signed_distance)) return;
@@ -74,7 +74,8 @@ class ConvexContacts {
 
   Apart find_contacts(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found,
                       std::size_t first) const;
-  bool is_swallowed(std::uint32_t t, const Corners& p, Seen& seen, std::vector<Contact>& found) const;
+  bool is_swallowed(std::uint32_t t, std::size_t lane, const ScreenedTriangles& screened, Seen& seen,
+                    std::vector<Contact>& found) const;
   PairAnswer least_depth(const Corners& p) const;
   void find_deepest(Seen& seen) const;
   bool depth_along_plane(const Corners& p, const TrianglePlane& plane, double& depth, PairAnswer& r) const;

@@ -87,19 +87,27 @@ std::optional<double> overlap_of_ridges(const RidgeSpan& a, const RidgeSpan& b, 
 
 // The intervals that are tested against others: those farthest along n, among equals those farthest along another
 // direction.
-List<const RidgeSpan*> farthest_spans(std::span<const RidgeSpan> spans, const Vec3& n, double slack, Memory memory) {
-  List<const RidgeSpan*> out(memory);
-  out.reserve(spans.size());
-  for (const RidgeSpan& s : spans) out.push_back(&s);
-  if (spans.size() <= span_limit) return out;
+List<const RidgeSpan*> farthest_spans(std::span<const RidgeSpan> spans, const Vec3& n, double slack, WorkMeter& meter,
+                                      Memory memory) {
+  struct Place {
+    const RidgeSpan* span;
+    double reach, aside;
+  };
+  List<Place> places(memory);
+  places.reserve(spans.size());
   const Vec3 tie_break = tie_break_direction(n);
-  const auto reach = [&](const RidgeSpan* s) { return std::round(std::max(n.dot(s->p), n.dot(s->q)) / slack); };
-  const auto aside = [&](const RidgeSpan* s) { return tie_break.dot(s->p + s->q); };
-  const auto last = out.begin() + span_limit;
-  std::nth_element(out.begin(), last, out.end(), [&](const RidgeSpan* x, const RidgeSpan* y) {
-    return reach(x) != reach(y) ? reach(x) > reach(y) : aside(x) > aside(y);
-  });
-  out.erase(last, out.end());
+  for (const RidgeSpan& s : spans) {
+    meter.spend();
+    places.push_back({&s, std::round(std::max(n.dot(s.p), n.dot(s.q)) / slack), tie_break.dot(s.p + s.q)});
+  }
+  const std::size_t kept = std::min(spans.size(), span_limit);
+  if (kept < places.size())
+    std::nth_element(places.begin(), places.begin() + span_limit, places.end(), [](const Place& x, const Place& y) {
+      return x.reach != y.reach ? x.reach > y.reach : x.aside > y.aside;
+    });
+  List<const RidgeSpan*> out(memory);
+  out.reserve(kept);
+  for (std::size_t i = 0; i < kept; ++i) out.push_back(places[i].span);
   return out;
 }
 
@@ -305,6 +313,7 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
   const std::size_t first = contacts.size();
   double most = 0;
   const auto add = [&](const Vec3& point, double d, std::uint32_t feature) {
+    meter.spend(static_cast<int>((contacts.size() - first) / 16));
     most = std::max(most, d);
     const auto known =
         std::find_if(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(),
@@ -318,12 +327,14 @@ void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, 
     meter.spend();
     if (const double d = depth(c, meter); d >= 0) add(c.point - n * (c.of_a ? d / 2 : -d / 2), d, c.feature);
   }
-  const List<const RidgeSpan*> ridges[] = {farthest_spans(points.spans[0], -n, slack, memory),
-                                           farthest_spans(points.spans[1], n, slack, memory)};
+  const List<const RidgeSpan*> ridges[] = {farthest_spans(points.spans[0], -n, slack, meter, memory),
+                                           farthest_spans(points.spans[1], n, slack, meter, memory)};
   for (const RidgeSpan* a : ridges[1])
-    for (const RidgeSpan* b : ridges[0])
+    for (const RidgeSpan* b : ridges[0]) {
+      meter.spend();
       if (Vec3 point = Vec3::Zero(); const auto d = overlap_of_ridges(*a, *b, n, slack, point))
         add(point, *d, a->feature);
+    }
   // At the curve the depth is zero: such points matter little beside the deep ones.
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth < most / 4; }),

@@ -44,10 +44,17 @@ double ConvexInMesh::free_length(const Vec3& d, const Separation& known) const {
   for (int i = 0; i < layers; ++i) {
     const MeshConvexPair there = pair_.moved((length + clearance) * d);
     double next = -infinity;
+    ClearPlanes clear;
     there.each_near(0, [&](std::uint32_t t) {
       const Corners p = there.corners(t);
       const double level = std::max({d.dot(p[0]), d.dot(p[1]), d.dot(p[2])}) - low;
-      if (level > next && there.touches(p)) next = level;
+      if (!(level > next) || clear.separate(p, pair_.slack())) return false;
+      const TriangleBound bound = there.bound(p);
+      if (!bound.overlaps && bound.gap > pair_.slack()) {
+        clear.add(there.support_plane(bound.normal));
+        return false;
+      }
+      if (there.touches(p, bound, nullptr)) next = level;
       return length + next > known.length;
     });
     if (next == -infinity) {

@@ -178,6 +178,8 @@ bool OverlappingMeshes::add_edge_through_face(bool of_a, std::uint32_t i, std::s
 // it.
 bool OverlappingMeshes::add_constraints_of(bool of_a, const Edge& edge, const CoplanarRegion& face, const Vec3& n,
                                            const Vec3& crossing, const Vec3& at, LocalConstraints& constraints) const {
+  WorkMeter meter(options_.limit);
+  meter.spend(1 + static_cast<int>(face.triangles.size()));
   const Vec3 from = placed(of_a, edge.from, at), to = placed(of_a, edge.to, at), u = unit(to - from);
   const double low = n.dot(from - crossing), high = n.dot(to - crossing), slope = n.dot(u);
   if (!(std::abs(slope) > tolerance::flush)) return false;
@@ -195,6 +197,7 @@ bool OverlappingMeshes::add_constraints_of(bool of_a, const Edge& edge, const Co
   add(low < 0 ? n : Vec3(-n), std::abs(low), std::min(std::abs(high), inside), from - low * n);
   add(high < 0 ? n : Vec3(-n), std::abs(high), std::min(std::abs(low), inside), to - high * n);
   for (const Border& line : std::span(borders).first(std::min(most_lines, borders.size()))) {
+    meter.spend(1 + static_cast<int>(borders.size() / 8));
     const Vec3 inward = n.cross(unit(line.to - line.from));
     const double beside = inward.dot(crossing - line.from);
     double reach = std::min(std::abs(low), std::abs(high));

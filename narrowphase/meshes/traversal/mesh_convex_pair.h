@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "meshes/traversal/mesh_query.h"
+#include "meshes/traversal/triangle_screen.h"
 #include "shapes/posed_mesh.h"
 #include "shapes/support.h"
 #include "shapes/unit_vector.h"
@@ -167,6 +168,9 @@ class MeshConvexPair {
     query().each_near(margin, visit);
   }
 
+  BoxQuery query() const;
+  TriangleScreen screen() const { return {model_, view_, turn_.rotation, shift_, size_}; }
+
   /// `towards`: normals (unit, towards the convex shape) along which it may lie clear of many triangles.
   bool collide(std::span<const Vec3> towards = {}) const;
 
@@ -182,7 +186,6 @@ class MeshConvexPair {
  private:
   TriangleBound bound_by(const Corners& p, const Vec3& point, Vec3& on_surface) const;
   Vec3 own_centre() const { return view_.hull != nullptr ? view_.hull->inside : Vec3(0, 0, 0); }
-  BoxQuery query() const;
 
   const Posed mesh_;
   const Shape& convex_shape_;

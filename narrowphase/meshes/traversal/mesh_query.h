@@ -56,10 +56,10 @@ class BoxQuery {
     }
   }
 
-  /// Calls visit(t) for the triangles whose boxes come within `margin` (metres), in an order that depends on the
-  /// arguments only, until it returns true.
+  /// Calls visit(node, lanes) for the bottom nodes with triangles whose boxes come within `margin` (metres), a bit for
+  /// each, in an order that depends on the arguments only, until it returns true.
   template <class Visit>
-  void each_near(double margin, Visit&& visit) const {
+  void each_bottom(double margin, Visit&& visit) const {
     // Of boxes with corners the gap along an axis; of round ones the distance.
     const float reach = ball_ > 0 ? squared(margin) : static_cast<float>(std::min(margin / mesh_.unit * 1.00001, 1e30));
     WorkMeter meter(limit_);
@@ -71,17 +71,30 @@ class BoxQuery {
       const MeshNode& n = mesh_.nodes[stack[--top]];
       NodeGaps gaps;
       find(n, ball_ > 0, reach, gaps);
-      for (std::uint32_t left = gaps.within; left != 0; left &= left - 1) {
-        const int k = std::countr_zero(left);
-        if (!n.bottom()) {
-          stack[top++] = mesh_.boxes_of(n).child[k];
-          continue;
-        }
-        meter.spend(a_visit_);
-        if (visit(mesh_.triangle_of(n, static_cast<std::uint32_t>(k)))) return;
+      if (n.bottom()) {
+        if (gaps.within != 0 && visit(n, gaps.within)) return;
+        continue;
       }
+      for (std::uint32_t left = gaps.within; left != 0; left &= left - 1)
+        stack[top++] = mesh_.boxes_of(n).child[std::countr_zero(left)];
     }
   }
+
+  /// Calls visit(t) for the triangles whose boxes come within `margin` (metres), in the order of each_bottom, until it
+  /// returns true.
+  template <class Visit>
+  void each_near(double margin, Visit&& visit) const {
+    WorkMeter meter(limit_);
+    each_bottom(margin, [&](const MeshNode& n, std::uint32_t within) {
+      for (std::uint32_t left = within; left != 0; left &= left - 1) {
+        meter.spend(a_visit_);
+        if (visit(mesh_.triangle_of(n, static_cast<std::uint32_t>(std::countr_zero(left))))) return true;
+      }
+      return false;
+    });
+  }
+
+  int a_visit() const { return a_visit_; }
 
   /// Calls visit(t), which returns the distance (metres) at which it is no longer interested, for triangles that may be
   /// nearer than that; the nearer boxes first.

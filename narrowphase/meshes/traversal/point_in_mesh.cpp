@@ -87,8 +87,6 @@ class Ray {
   Crossing cross(const Corners& corners) {
     Signs s = filtered(corners);
     if (!s.certain) {
-      constexpr int of_exact = 256;  // rational numbers: some 50 us
-      meter_.spend(of_exact);
       s = exact(corners);
     }
     if (s.on_it) return {0, true};
@@ -138,17 +136,20 @@ class Ray {
   }
 
   // In the world: the rotation's determinant is positive, so signs are those of the mesh's frame.
-  Signs exact(const Corners& corners) const {
+  Signs exact(const Corners& corners) {
+    constexpr int of_number = 128;  // rational numbers: some 10 us each
     std::array<Point, 3> v;
     for (std::size_t c = 0; c < 3; ++c)
       for (int i = 0; i < 3; ++i) {
+        meter_.spend(of_number);
         Rational x = Rational(pose_.translation[i]) - Rational(pose_p_.translation[i]);
         for (int j = 0; j < 3; ++j)
           x += Rational(pose_.rotation(i, j)) * Rational(corners[c][j]) -
                Rational(pose_p_.rotation(i, j)) * Rational(p_[j]);
         v[c][static_cast<std::size_t>(i)] = x;
       }
-    const auto det = [](const Point& a, const Point& b, const Point& c) {
+    const auto det = [&](const Point& a, const Point& b, const Point& c) {
+      meter_.spend(of_number);
       const Point n = crossed(b, c);
       return sign(a[0] * n[0] + a[1] * n[1] + a[2] * n[2]);
     };
@@ -156,6 +157,7 @@ class Ray {
     Signs s;
     s.volume = det(v[0], v[1], v[2]);
     for (std::size_t k = 0; k < 3; ++k) s.area[k] = det(up, v[k], v[(k + 1) % 3]);
+    meter_.spend(of_number);
     s.on_it = s.volume == 0 && holds_origin(v);
     return s;
   }
