@@ -340,6 +340,8 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
     case ShapeKind::plane:
       out.shape = Plane{rest.transpose().inverse() * shape.normal(), shape.offset()};
       break;
+    case ShapeKind::voxels:
+      throw std::invalid_argument("voxels: the rotation is not orthonormal to rounding, as it must be for them");
     case ShapeKind::cylinder:
     case ShapeKind::cone:
       if (shape.rounding() > 0)

@@ -193,6 +193,7 @@ std::optional<SurfaceDistance> surface_distance(const ConvexView& shape, const V
     case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }
@@ -220,6 +221,7 @@ double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d) {
     case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }
