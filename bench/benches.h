@@ -44,6 +44,8 @@ std::vector<std::string> peers_scene_names();
 std::vector<Row> planner_bench(const Settings& settings);
 /// tandem::fcl::CollisionManager beside FCL's managers, operation by operation.
 std::vector<Row> fcl_bench(const Settings& settings);
+/// A robot's link among the occupied cells of an octree: FCL's octree, voxels, their surface as a mesh.
+std::vector<Row> octrees_bench(const Settings& settings);
 /// A tool of 10,000 triangles in a loop of 1 kHz against a scene of 500,000: the slowest queries, beside FCL's.
 std::vector<Row> haptics_bench(const Settings& settings);
 /// Times of impact of vertices on straight lines, each compared with the exact one. Throws std::runtime_error on a

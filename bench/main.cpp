@@ -230,6 +230,13 @@ void add_fcl(CLI::App& program) {
   app->add_option("--contestant", o->contestants, "managers, comma-separated: tandem, FCL tree, FCL SaP, FCL naive");
   app->add_option("--steps", o->steps, "simulation steps; default: 60");
 }
+
+void add_octrees(CLI::App& program) {
+  const auto [app, o] = add(program, "octrees",
+                            "a robot's link among an octree's cells: FCL's octree, voxels, their mesh", octrees_bench);
+  app->add_option("--sizes", o->sizes, "about how many cells; default: 100000");
+  app->add_option("--repeat", o->repeat, "rounds of each; default: 5");
+}
 #endif
 
 void add_report(CLI::App& program) {
@@ -286,6 +293,7 @@ int run_program(int count, char** arguments) {
   add_big_meshes(program);
 #ifdef TANDEM_HAS_FCL_ADAPTER
   add_fcl(program);
+  add_octrees(program);
 #endif
   add_report(program);
   program.footer(

@@ -317,7 +317,8 @@ double size(const PosedPair& p) {
 }
 
 PosedPair make_pair(const ShapeRecipe& ra, const ShapeRecipe& rb, PairClass pair_class, std::uint64_t index) {
-  if (ra.kind == ShapeKind::mesh || rb.kind == ShapeKind::mesh ||
+  const auto is_convex = [](ShapeKind kind) { return kind != ShapeKind::mesh && kind != ShapeKind::voxels; };
+  if (!is_convex(ra.kind) || !is_convex(rb.kind) ||
       (ra.kind == ShapeKind::halfspace && rb.kind == ShapeKind::halfspace))
     throw std::invalid_argument("make_pair: the kinds must be convex and one of them bounded");
   std::uint64_t seed = index;

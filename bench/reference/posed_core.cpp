@@ -29,6 +29,7 @@ bool PosedCore::is_polytope() const {
     case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }
@@ -96,6 +97,7 @@ Vec PosedCore::support(const Vec& world) const {
     case ShapeKind::sphere:
     case ShapeKind::halfspace:
     case ShapeKind::plane:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }

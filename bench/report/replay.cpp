@@ -246,7 +246,11 @@ json drawn(const Shape& shape) {
       out["vertices"] = vertices;
       out["triangles"] = triangles;
       out["smooth"] = true;
+      break;
     }
+    case ShapeKind::voxels:  // drawn as the box around them
+      out["kind"] = "box";
+      out["size"] = list(shape.bounds(Pose{}).hi - shape.bounds(Pose{}).lo);
   }
   return out;
 }

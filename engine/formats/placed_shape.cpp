@@ -340,6 +340,8 @@ PlacedShape place(const Shape& shape, const Pose& pose) {
     case ShapeKind::plane:
       out.shape = Plane{rest.transpose().inverse() * shape.normal(), shape.offset()};
       break;
+    case ShapeKind::voxels:
+      throw std::invalid_argument("voxels: the rotation is not orthonormal to rounding, as it must be for them");
     case ShapeKind::cylinder:
     case ShapeKind::cone:
       if (shape.rounding() > 0)
@@ -436,10 +438,17 @@ std::optional<double> time_of_impact(const NarrowPhase& narrow_phase, const Plac
     return Meeting{narrow_phase, mesh_a ? triangle : a, velocity_a, mesh_a ? b : triangle, velocity_b};
   };
   std::vector<Candidate> candidates;
+  const auto consider = [&](PlacedShape piece) {
+    if (const auto time = meeting(piece).of_outsides(tmax)) candidates.push_back({*time, std::move(piece)});
+  };
   const auto vertices = mesh.shape.vertices();
-  for (const auto& [i, j, k] : mesh.shape.triangles()) {
-    PlacedShape triangle{Triangle{{vertices[i], vertices[j], vertices[k]}}, mesh.pose, {}};
-    if (const auto time = meeting(triangle).of_outsides(tmax)) candidates.push_back({*time, std::move(triangle)});
+  for (const auto& [i, j, k] : mesh.shape.triangles())
+    consider({Triangle{{vertices[i], vertices[j], vertices[k]}}, mesh.pose, {}});
+  for (const auto& [corner, level] : mesh.shape.cells()) {  // of voxels
+    const double size = mesh.shape.cell_size(), edge = std::ldexp(size, level);
+    const Vec3 centre = mesh.shape.origin() + size * Vec3(corner[0], corner[1], corner[2]) + Vec3::Constant(edge / 2);
+    const Pose at{mesh.pose.rotation, mesh.pose * centre};
+    consider({Shape(Box{Vec3::Constant(edge)}).rounded(mesh.shape.rounding()), at, {}});
   }
   std::sort(candidates.begin(), candidates.end(),
             [](const Candidate& x, const Candidate& y) { return x.early < y.early; });

@@ -69,6 +69,45 @@ void write_mesh(JsonWriter& out, const Shape& shape) {
   out.end_array().member("solid", shape.is_solid());
 }
 
+/// [i, j, k], or with a level [i, j, k, l]; make_shape says which numbers are allowed.
+VoxelCell voxel_cell(const JsonRef& json) {
+  constexpr std::string_view allowed = "whole numbers [i, j, k] or [i, j, k, level]";
+  json.require_array(allowed);
+  if (json.size() != 3 && json.size() != 4) json.refuse(allowed);
+  constexpr double most = 1 << 21;  // what is beyond is refused with the grid's own bounds
+  VoxelCell cell;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double at = json.at(k).number();
+    if (at != std::floor(at) || std::abs(at) > most) json.at(k).refuse("a whole number from -2^20 to 2^20");
+    cell.corner[k] = static_cast<std::int32_t>(at);
+  }
+  if (json.size() == 4) cell.level = static_cast<std::uint8_t>(json.at(3).whole(20));
+  return cell;
+}
+
+Voxels voxels(const JsonRef& json) {
+  json.require_keys({"kind", "cells", "cell_size", "origin", "rounding"});
+  Voxels grid;
+  const JsonRef cells = json.at("cells");
+  cells.require_array("an array of cells [i, j, k]");
+  grid.cells.reserve(cells.size());
+  for (std::size_t i = 0; i < cells.size(); ++i) grid.cells.push_back(voxel_cell(cells.at(i)));
+  grid.cell_size = json.at("cell_size").number_above(0);
+  if (const auto origin = json.find("origin")) grid.origin = origin->vec3();
+  return grid;
+}
+
+void write_voxels(JsonWriter& out, const Shape& shape) {
+  out.member("cell_size", shape.cell_size()).member("origin", shape.origin()).key("cells").begin_array();
+  for (const VoxelCell& cell : shape.cells()) {
+    out.begin_array();
+    for (const std::int32_t at : cell.corner) out.value(at);
+    if (cell.level > 0) out.value(static_cast<std::int32_t>(cell.level));
+    out.end_array();
+  }
+  out.end_array();
+}
+
 using ReadMesh = std::function<Shape(const JsonRef& json)>;
 
 /// The JSON form of a kind, without its rounding.
@@ -144,6 +183,7 @@ constexpr std::array<JsonKind, shape_kinds> json_kinds = {{
        return make_shape(json, Plane{json.at("normal").vec3(), json.at("offset").number()});
      },
      write_normal_and_offset},
+    {ShapeKind::voxels, [](In json, Meshes) { return make_shape(json, voxels(json)); }, write_voxels},
 }};
 static_assert(
     [] {

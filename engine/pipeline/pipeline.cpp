@@ -122,7 +122,7 @@ class SceneWork final : public StepWork {
     only_changes_ = kept_ && begin_kept(contacts);
     if (changes_known_) broad_phase_->expect_changes(changed_);
     if (only_changes_) broad_phase_->expect_only_changes();
-    has_mesh_ = scene.has_kind(ShapeKind::mesh);
+    has_mesh_ = scene.has_kind(ShapeKind::mesh) || scene.has_kind(ShapeKind::voxels);
     if (own_costs_)
       own_costs_->begin_step(scene);
     else if (has_mesh_)
@@ -698,7 +698,7 @@ class SceneWork final : public StepWork {
   SceneChanges::HistoryName history_;
   std::vector<std::uint32_t> seen_;  // versions
   std::uint64_t comings_and_goings_ = 0;
-  bool has_mesh_ = false, has_sphere_ = false;
+  bool has_mesh_ = false, has_sphere_ = false;  // has_mesh_: or voxels
   bool screens_ = false;               // separated pairs are excluded several at a time
   bool together_ = false;              // contacts are computed for several pairs at a time
   std::vector<PlacedSphere> spheres_;  // then: one per body, with an infinite radius if it is another shape

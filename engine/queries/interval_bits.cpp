@@ -8,7 +8,6 @@ namespace tandem {
 void IntervalBits::build(const BoxArray& boxes) {
   const std::size_t n = boxes.size();
   words_ = n > most ? 0 : (n + 63) / 64;
-  changed_ = 0;
   sets_.assign(6 * slabs * words_, 0);
   places_.assign(words_ == 0 ? 0 : n, {});
   if (!is_built()) return;
@@ -51,14 +50,8 @@ void IntervalBits::turn(std::size_t which, std::size_t first, std::size_t last, 
     sets_[(which * slabs + s) * words_ + index / 64] ^= std::uint64_t{1} << index % 64;
 }
 
-void IntervalBits::update(const BoxArray& boxes, std::span<const std::uint32_t> changed) {
-  changed_ += changed.size();
-  if (changed_ >= boxes.size()) return build(boxes);
-  if (!is_built()) return;
-  for (const std::uint32_t i : changed) move(i, boxes[i]);
-}
-
 void IntervalBits::move(std::uint32_t index, const Aabb& box) {
+  if (!is_built()) return;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     Place& now = places_[index][axis];
     Place next;

@@ -6,7 +6,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "tandem/broadphase/box_array.h"
@@ -39,9 +38,8 @@ class IntervalBits {
   /// Builds the sets, unless there are more than `most` boxes or the slabs hardly separate them.
   void build(const BoxArray& boxes);
   bool is_built() const { return words_ != 0; }
-  /// To be called after boxes have changed; they may be empty before or after. Builds the sets anew once as many boxes
-  /// have changed as there are, since the slabs are those of the places at the last build.
-  void update(const BoxArray& boxes, std::span<const std::uint32_t> changed);
+  /// To be called after a box has changed; either may be empty.
+  void move(std::uint32_t index, const Aabb& box);
 
   Ends ends_of(const Aabb& box) const;
   /// The ends of the first `count` boxes.
@@ -79,11 +77,9 @@ class IntervalBits {
     return static_cast<std::uint8_t>(std::min(static_cast<float>(slabs - 1), off));
   }
   bool divides(const BoxArray& boxes) const;
-  void move(std::uint32_t index, const Aabb& box);
   void turn(std::size_t which, std::size_t first, std::size_t last, std::uint32_t index);
 
-  std::size_t words_ = 0;    // of a set
-  std::size_t changed_ = 0;  // boxes, since the last build; one counts each time
+  std::size_t words_ = 0;  // of a set
   std::array<float, 3> origin_{}, extent_{}, per_metre_{};
   std::vector<std::uint64_t> sets_;  // axis 0 slab by slab: boxes that begin, boxes that end; then axes 1, 2
   std::vector<std::array<Place, 3>> places_;

@@ -124,7 +124,7 @@ UpdateReport QueryWorld::update(const Scene& scene) {
       report.rebuilt = true;
     } else if (!changed_.empty()) {
       tree_.refit(boxes_, changed_);
-      bits_.update(boxes_, changed_);
+      for (const std::uint32_t i : changed_) bits_.move(i, boxes_[i]);
       if (tree_.worn() > tolerance::worn_hierarchy) {
         build();
         report.rebuilt = true;

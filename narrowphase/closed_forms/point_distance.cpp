@@ -177,6 +177,7 @@ PointDistance point_distance(const ConvexView& s, const Vec3& p) {
     case ShapeKind::sphere:
     case ShapeKind::ellipsoid:
     case ShapeKind::convex:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
     case ShapeKind::plane:
       break;  // a sphere; other kinds have no closed form and are not passed

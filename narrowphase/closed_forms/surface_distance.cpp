@@ -144,6 +144,7 @@ std::optional<SurfaceDistance> surface_distance(const ConvexView& shape, const V
     case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }
@@ -171,6 +172,7 @@ double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d) {
     case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }

@@ -38,6 +38,7 @@ std::uint32_t corner_count(const ConvexView& v) {
     case ShapeKind::ellipsoid:
     case ShapeKind::halfspace:
     case ShapeKind::plane:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }

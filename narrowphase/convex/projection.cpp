@@ -59,6 +59,7 @@ Projection move_into(const ConvexView& v, Vec3& p, double least) {
     case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }

@@ -57,24 +57,24 @@ class ScrewSweep {
     const auto push = [&](std::uint32_t x, std::uint32_t y, double from) {
       if (const double t = boxes_meet(x, y, from, std::min(best.t, 1.0)); t < best.t) queue.push({t, x, y});
     };
-    push(whole, whole, 0);
+    push(a_.root(), b_.root(), 0);
     while (!queue.empty() && queue.top().bound < best.t) {
       meter_.spend(8);
       const Item top = queue.top();
       queue.pop();
       const bool leaf_a = a_.is_leaf(top.a), leaf_b = b_.is_leaf(top.b);
       if (leaf_a && leaf_b) {
-        a_.each_convex(top.a, [&](const ConvexView& p, std::uint32_t i) {
-          b_.each_convex(top.b, [&](const ConvexView& q, std::uint32_t j) {
-            const FirstTouch touch =
-                convex_meet(p, a_.core_box(top.a), q, b_.core_box(top.b), top.bound, std::min(best.t, 1.0));
+        a_.each_convex(top.a, [&](const ConvexView& p, const Vec3& origin_p, std::uint32_t i) {
+          b_.each_convex(top.b, [&](const ConvexView& q, const Vec3& origin_q, std::uint32_t j) {
+            const FirstTouch touch = convex_meet({p, origin_p, a_.core_box(top.a)}, {q, origin_q, b_.core_box(top.b)},
+                                                 top.bound, std::min(best.t, 1.0));
             if (touch.t < best.t) best = touch, best.feature = {i, j};
           });
         });
       } else if (leaf_b || (!leaf_a && a_.box(top.a).second.norm() >= b_.box(top.b).second.norm())) {
-        each_child(*a_.mesh, top.a, [&](std::uint32_t x) { push(x, top.b, top.bound); });
+        a_.each_child_of(top.a, [&](std::uint32_t x) { push(x, top.b, top.bound); });
       } else {
-        each_child(*b_.mesh, top.b, [&](std::uint32_t y) { push(top.a, y, top.bound); });
+        b_.each_child_of(top.b, [&](std::uint32_t y) { push(top.a, y, top.bound); });
       }
     }
     return best;
@@ -175,20 +175,26 @@ class ScrewSweep {
     return t;
   }
 
-  /// The boxes are those of the cores.
-  FirstTouch convex_meet(const ConvexView& p, const Box& box_p, const ConvexView& q, const Box& box_q, double from,
-                         double until) {
+  /// A convex shape whose frame stands somewhere in the body's; the box is that of its core.
+  struct Piece {
+    const ConvexView& view;
+    const Vec3& origin;
+    const Box box;
+    Pose at(const Pose& body) const { return {body.rotation, body * origin}; }
+  };
+
+  FirstTouch convex_meet(const Piece& p, const Piece& q, double from, double until) {
     constexpr int most_advances = 10000;  // then it creeps up on a graze: early, never late
     const NarrowPhaseOptions exact;
     const auto answer_at = [&](const Pose& at_a, const Pose& at_b) {
-      return solve_convex(p, at_a, q, at_b, Request::distance, exact, nullptr);
+      return solve_convex(p.view, p.at(at_a), q.view, q.at(at_b), Request::distance, exact, nullptr);
     };
     const auto distance = [&](const Pose& at_a, const Pose& at_b) {
       const PairAnswer answer = answer_at(at_a, at_b);
       return Gap{answer.signed_distance - (rounding_a_ + rounding_b_), answer.normal};
     };
     FirstTouch touch;
-    touch.t = advance(box_p, box_q, from, until, most_advances, true, work_of_advance(p, q), distance);
+    touch.t = advance(p.box, q.box, from, until, most_advances, true, work_of_advance(p.view, q.view), distance);
     if (touch.t == never) return touch;
     const PairAnswer answer = answer_at(path_a_.at(touch.t), path_b_.at(touch.t));
     touch.normal = answer.normal;
@@ -198,7 +204,7 @@ class ScrewSweep {
 
   /// A time before which the boxes of two nodes do not touch: a few advances only, as the children give better bounds.
   double boxes_meet(std::uint32_t x, std::uint32_t y, double from, double until) {
-    if (!a_.mesh && !b_.mesh) return from;
+    if (!a_.has_hierarchy() && !b_.has_hierarchy()) return from;
     constexpr int most_advances = 4, work_of_boxes = 8;
     const Box box_a = a_.box(x), box_b = b_.box(y);
     const auto place = [](const Pose& pose, const Vec3& mid) { return Pose{pose.rotation, pose * mid}; };

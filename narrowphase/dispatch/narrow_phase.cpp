@@ -12,6 +12,7 @@
 #include "boxes/box_screen.h"
 #include "dispatch/rounded_pair.h"
 #include "dispatch/undecided.h"
+#include "dispatch/voxel_pair.h"
 #include "meshes/mesh_pair.h"
 #include "pairs/centre_test.h"
 #include "pairs/convex_pair.h"
@@ -161,6 +162,7 @@ PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, co
 [[gnu::noinline]] PairAnswer solve_prepared(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                                             Request request, const NarrowPhaseOptions& options,
                                             std::vector<Contact>* contacts, WarmStart* warm) {
+  if (has_voxels(a, b)) return solve_voxels(a, pose_a, b, pose_b, request, options, contacts);
   const std::size_t first = contacts != nullptr ? contacts->size() : 0;
   PairAnswer answer = solve_by_kinds(a, pose_a, b, pose_b, request, options, contacts, warm);
   // Meshes among themselves are told by exact tests, whatever is asked.
@@ -192,6 +194,7 @@ PairAnswer solve_distance(const Shape& a, const Pose& pose_a, const Shape& b, co
 /// first depends on the cut-off, and their depth begins with it.
 PairAnswer solve_within(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                         const NarrowPhaseOptions& options, WarmStart* warm) {
+  if (has_voxels(a, b)) return solve_voxels(a, pose_a, b, pose_b, Request::distance, options, nullptr);
   PairAnswer farther;
   farther.farther = true;
   farther.signed_distance = options.cutoff;
@@ -215,7 +218,9 @@ PairAnswer solve_any(const Shape& a, const Pose& pose_a, const Shape& b, const P
   if (request == Request::distance && options.cutoff < std::numeric_limits<double>::infinity())
     return solve_within(a, pose_a, b, pose_b, options, warm);
   const bool has_rounding = a.rounding() + b.rounding() > 0 && (a.is_bounded() || b.is_bounded());
-  if (has_rounding) return solve_rounded(a, pose_a, b, pose_b, request, options, contacts, warm);
+  if (has_rounding)
+    return has_voxels(a, b) ? solve_voxels(a, pose_a, b, pose_b, request, options, contacts)
+                            : solve_rounded(a, pose_a, b, pose_b, request, options, contacts, warm);
   return solve_cores(a, pose_a, b, pose_b, request, options, contacts, warm);
 }
 
@@ -238,6 +243,11 @@ PairAnswer solve_any(const Shape& a, const Pose& pose_a, const Shape& b, const P
 }
 
 }  // namespace
+
+PairAnswer solve_pair(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                      const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+  return solve_any(a, pose_a, b, pose_b, request, options, contacts, nullptr);
+}
 
 PairAnswer solve_cores(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                        const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {

@@ -1,4 +1,5 @@
-// A shape in the searches for the first touch of two that move: a convex shape, or a mesh by its hierarchy of boxes.
+// A shape in the searches for the first touch of two that move: a convex shape, or a mesh or voxels by their hierarchy
+// of boxes.
 #pragma once
 #include <algorithm>
 #include <cstddef>
@@ -33,7 +34,8 @@ inline constexpr double never = std::numeric_limits<double>::infinity();
 
 struct SweptBody {
   const MeshModel* mesh = nullptr;
-  ConvexView view{};  // without a mesh
+  const VoxelModel* voxels = nullptr;
+  ConvexView view{};  // without either
   Vec3 mid, half;     // of its box, in its frame
 
   SweptBody(const Shape& shape, const WorkLimit* limit) {
@@ -42,28 +44,44 @@ struct SweptBody {
     half = (box.hi - box.lo) / 2;
     if (shape.is_convex())
       view = tandem::view(shape);
+    else if (shape.kind() == ShapeKind::voxels)
+      voxels = &voxels_of(shape);
     else if (mesh_of(shape).convex(limit))
       view = view_hull(shape, limit);
     else
       mesh = &mesh_of(shape);
   }
-  bool is_leaf(std::uint32_t ref) const { return !mesh || tandem::is_leaf(*mesh, ref); }
+  bool has_hierarchy() const { return mesh != nullptr || voxels != nullptr; }
+  std::uint32_t root() const { return voxels != nullptr ? voxels->root() : whole; }
+  bool is_leaf(std::uint32_t ref) const {
+    if (voxels != nullptr) return voxels->is_cell(ref);
+    return !mesh || tandem::is_leaf(*mesh, ref);
+  }
   std::pair<Vec3, Vec3> box(std::uint32_t ref) const {
+    if (voxels != nullptr) return voxels->box(ref);
     if (!mesh) return {mid, half};
     const BoxOf b(*mesh, ref);
     return {b.mid, b.half};
   }
   /// Of its core: a ball about a point that turns stays where it is, and the gap shrinks as fast as cores approach.
   std::pair<Vec3, Vec3> core_box(std::uint32_t ref) const {
-    return mesh ? box(ref) : std::pair(mid, Vec3((half.array() - core_radius(view)).cwiseMax(0)));
+    return has_hierarchy() ? box(ref) : std::pair(mid, Vec3((half.array() - core_radius(view)).cwiseMax(0)));
   }
-  /// visit(view, triangle); without a mesh the triangle is 0.
+  template <class Visit>
+  void each_child_of(std::uint32_t ref, Visit&& visit) const {
+    if (voxels == nullptr) return each_child(*mesh, ref, visit);
+    const VoxelModel::Node& node = voxels->node(ref);
+    for (std::uint32_t k = 0; k < node.count; ++k) visit(node.first + k);
+  }
+  /// visit(view, where its frame's origin is in the body's, triangle or cell); of a convex shape that is 0.
   template <class Visit>
   void each_convex(std::uint32_t leaf, Visit&& visit) const {
-    if (!mesh) return visit(view, std::uint32_t{0});
+    const Vec3 here = Vec3::Zero();
+    if (voxels != nullptr) return visit(tandem::view(voxels->box_of(leaf)), voxels->centre(leaf), leaf);
+    if (!mesh) return visit(view, here, std::uint32_t{0});
     const std::uint32_t t = leaf_triangle(*mesh, leaf);
     const auto corners = mesh->corners(t);
-    visit(TriangleView(corners), t);
+    visit(TriangleView(corners), here, t);
   }
 };
 

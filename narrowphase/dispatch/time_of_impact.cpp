@@ -56,22 +56,22 @@ class Sweep {
       if (const double advance = boxes_meet(x, y, std::min(best, longest_)); advance < best)
         queue.push({advance, x, y});
     };
-    push(whole, whole);
+    push(a_.root(), b_.root());
     while (!queue.empty() && queue.top().bound < best) {
       meter_.spend(16);
       const Item top = queue.top();
       queue.pop();
       const bool leaf_a = a_.is_leaf(top.a), leaf_b = b_.is_leaf(top.b);
       if (leaf_a && leaf_b) {
-        a_.each_convex(top.a, [&](const ConvexView& p, std::uint32_t) {
-          b_.each_convex(top.b, [&](const ConvexView& q, std::uint32_t) {
-            best = std::min(best, convex_meet(p, q, top.bound, std::min(best, longest_)));
+        a_.each_convex(top.a, [&](const ConvexView& p, const Vec3& origin_p, std::uint32_t) {
+          b_.each_convex(top.b, [&](const ConvexView& q, const Vec3& origin_q, std::uint32_t) {
+            best = std::min(best, convex_meet(p, origin_p, q, origin_q, top.bound, std::min(best, longest_)));
           });
         });
       } else if (leaf_b || (!leaf_a && a_.box(top.a).second.norm() >= b_.box(top.b).second.norm())) {
-        each_child(*a_.mesh, top.a, [&](std::uint32_t x) { push(x, top.b); });
+        a_.each_child_of(top.a, [&](std::uint32_t x) { push(x, top.b); });
       } else {
-        each_child(*b_.mesh, top.b, [&](std::uint32_t y) { push(top.a, y); });
+        b_.each_child_of(top.b, [&](std::uint32_t y) { push(top.a, y); });
       }
     }
     return best;
@@ -81,16 +81,18 @@ class Sweep {
   // Conservative advancement (Mirtich, Impulse-based dynamic simulation of rigid body systems, 1996). The plane that
   // separates the two at one place bounds their distance at all later ones, so no advance is too far, and the distance
   // being a convex function of the advance, the advances converge from below like Newton's.
-  double convex_meet(const ConvexView& p, const ConvexView& q, double from, double until) {
+  double convex_meet(const ConvexView& p, const Vec3& origin_p, const ConvexView& q, const Vec3& origin_q, double from,
+                     double until) {
     constexpr int most_advances = 200;
     const NarrowPhaseOptions exact;
     // As far as coordinates are rounded: a point that comes in through an edge must not pass between its two triangles.
     const double rounding = tolerance::touch * (p.size + q.size + radius_ + coordinates_);
-    const Pose at_a{a_.rotation, Vec3::Zero()};
+    const Pose at_a{a_.rotation, a_.rotation * origin_p};
+    const Vec3 start_b = between_ + b_.rotation * origin_q;
     double advance = from;
     for (int i = 0; i < most_advances; ++i) {
       meter_.spend(work_of_advance(p, q));
-      const Pose at_b{b_.rotation, between_ + advance * along_};
+      const Pose at_b{b_.rotation, start_b + advance * along_};
       const PairAnswer answer = solve_convex(p, at_a, q, at_b, Request::distance, exact, nullptr);
       const double gap = answer.signed_distance - radius_;
       if (gap <= rounding) return advance;
@@ -159,9 +161,32 @@ ClosingGap gap_of_mesh_and_plane(const Posed& mesh, const Posed& plane, const Ve
   return {(gaps.cut ? 0 : rising < 0 ? gaps.above : gaps.below) - radius, std::abs(rising)};
 }
 
+/// The same of voxels.
+ClosingGap gap_of_voxels_and_plane(const Posed& voxels, const Posed& plane, const Vec3& along, double radius) {
+  const PlaneInMesh seen(voxels.pose, plane);
+  const VoxelModel& model = voxels_of(voxels.shape);
+  const double rising = seen.up.dot(along), sense = rising < 0 ? 1 : -1;
+  double least = infinity;
+  const auto height = [&](VoxelRef ref, double reach_sense) {
+    const auto [mid, half] = model.box(ref);
+    return sense * (seen.local.dot(mid) - seen.level) + reach_sense * seen.local.cwiseAbs().dot(half);
+  };
+  // Those that lie behind the plane as it comes have been passed.
+  model.each_cell([&](VoxelRef ref) { return height(ref, 1) > 0 && height(ref, -1) < least; },
+                  [&](VoxelRef cell) {
+                    least = height(cell, -1);
+                    return true;
+                  });
+  return {std::max(least, 0.0) - radius, std::abs(rising)};
+}
+
 ClosingGap gap_to_unbounded(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& along,
                             const NarrowPhaseOptions& options) {
   const double radius = a.rounding() + b.rounding();
+  if (b.kind() == ShapeKind::voxels && a.kind() == ShapeKind::plane)
+    return gap_of_voxels_and_plane({b, pose_b}, {a, pose_a}, along, radius);
+  if (a.kind() == ShapeKind::voxels && b.kind() == ShapeKind::plane)
+    return gap_of_voxels_and_plane({a, pose_a}, {b, pose_b}, -along, radius);
   if (!b.is_convex() && a.kind() == ShapeKind::plane)
     return gap_of_mesh_and_plane({b, pose_b}, {a, pose_a}, along, radius, options.limit);
   if (!a.is_convex() && b.kind() == ShapeKind::plane)

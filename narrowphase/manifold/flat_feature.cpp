@@ -216,6 +216,7 @@ FlatFeature best_face(const ConvexView& v, const Vec3& d) {
     case ShapeKind::ellipsoid:
     case ShapeKind::halfspace:
     case ShapeKind::plane:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }
@@ -268,6 +269,7 @@ FlatFeature flush_edge(const ConvexView& v, const Vec3& d) {
     case ShapeKind::ellipsoid:
     case ShapeKind::halfspace:
     case ShapeKind::plane:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }

@@ -47,6 +47,7 @@ Vec3 inner_centre(const Shape& s) {
       return s.radius();
     case ShapeKind::halfspace:
     case ShapeKind::plane:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;  // not passed
   }
@@ -87,6 +88,7 @@ double reach(const Hull& hull, const Vec3& d, Reach kind) {
       return reach(hull_of(s), d, kind);
     case ShapeKind::halfspace:
     case ShapeKind::plane:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;  // not passed
   }

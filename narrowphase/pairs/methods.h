@@ -9,8 +9,8 @@
 
 namespace tandem {
 
-enum class Method : std::uint8_t { closed, sat, gjk, newton, fcl, libccd, mpr, bvh };
-inline constexpr std::size_t method_count = 8;
+enum class Method : std::uint8_t { closed, sat, gjk, newton, fcl, libccd, mpr, bvh, cells };
+inline constexpr std::size_t method_count = 9;
 
 struct MethodRow {
   Method method;
@@ -39,6 +39,7 @@ inline constexpr std::array<MethodRow, method_count> method_rows = {{
      true},
     {Method::mpr, {"mpr", "libccd, MPR (Snethen 2008); depth along the portal, an upper bound; apart: gjk"}, true},
     {Method::bvh, {"bvh", "triangle meshes by their hierarchy of boxes, exact triangle predicates"}, false},
+    {Method::cells, {"cells", "voxels by their hierarchy of boxes, each cell as the box that it is"}, false},
 }};
 static_assert([] {
   for (std::size_t i = 0; i < method_count; ++i)

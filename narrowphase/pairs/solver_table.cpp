@@ -55,6 +55,8 @@ constexpr std::array<Exactness, 3> exact_separating = {Exactness::exact, Exactne
 // The first rule that matches a pair gives its method; the methods of other matching rules can be named by options.
 // Where a rule has a direct solver, the kind that ranks first (pair_order.h) comes first.
 constexpr std::array rules = std::to_array<Rule>({
+    {kinds(voxels), kinds(halfspace), Method::cells, to_rounding},
+    {kinds(voxels), all_kinds, Method::cells, separating},
     {kinds(mesh), kinds(mesh, triangle), Method::bvh, exact_separating},
     {kinds(mesh), kinds(halfspace), Method::bvh, to_rounding},
     {kinds(mesh), kinds(plane), Method::bvh, separating},

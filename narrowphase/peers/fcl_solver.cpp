@@ -47,6 +47,7 @@ std::unique_ptr<fcl::CollisionGeometryd> geometry(const ConvexView& v) {
     }
     case ShapeKind::halfspace:
     case ShapeKind::plane:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }

@@ -39,6 +39,7 @@ struct FeatureBody {
       case ShapeKind::halfspace:
       case ShapeKind::plane:
       case ShapeKind::triangle:
+      case ShapeKind::voxels:
       case ShapeKind::mesh:
         break;  // kinds without features (have_features)
     }

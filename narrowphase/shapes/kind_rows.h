@@ -47,6 +47,7 @@ inline constexpr std::array<KindRow, shape_kinds> kind_rows = {{
     {ShapeKind::triangle, "triangle", true, true, CoreSurface::flat, false, false},
     {ShapeKind::mesh, "mesh", false, true, CoreSurface::flat, false, false},
     {ShapeKind::plane, "plane", true, false, CoreSurface::flat, false, true},
+    {ShapeKind::voxels, "voxels", false, true, CoreSurface::flat, false, false},
 }};
 
 constexpr const KindRow& kind_row(ShapeKind kind) { return kind_rows[static_cast<std::size_t>(kind)]; }

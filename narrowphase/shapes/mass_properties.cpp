@@ -104,6 +104,8 @@ MassProperties mass_of(const Shape& shape) {
       return hull_mass(hull_of(shape));
     case ShapeKind::mesh:
       return mesh_mass(mesh_of(shape));
+    case ShapeKind::voxels:
+      return voxel_mass(voxels_of(shape));
   }
   return symmetric(0, 0, 0, 0);
 }

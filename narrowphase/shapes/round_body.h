@@ -72,6 +72,7 @@ class RoundBody {
       case ShapeKind::ellipsoid:
       case ShapeKind::halfspace:
       case ShapeKind::plane:
+      case ShapeKind::voxels:
       case ShapeKind::mesh:
         break;
     }
@@ -143,6 +144,7 @@ class RoundBody {
       case ShapeKind::plane:
       case ShapeKind::convex:
       case ShapeKind::triangle:
+      case ShapeKind::voxels:
       case ShapeKind::mesh:
         break;
     }
@@ -187,6 +189,7 @@ class RoundBody {
       case ShapeKind::halfspace:
       case ShapeKind::plane:
       case ShapeKind::convex:
+      case ShapeKind::voxels:
       case ShapeKind::mesh:
         break;
     }
@@ -336,6 +339,7 @@ class RoundBody {
       case ShapeKind::ellipsoid:
       case ShapeKind::halfspace:
       case ShapeKind::plane:
+      case ShapeKind::voxels:
       case ShapeKind::mesh:
         break;
     }

@@ -105,12 +105,13 @@ void close_side(Bounds& open, const Vec3& n, double offset, const Vec3& t) {
 Bounds around(const Vec3& centre, const Vec3& half) { return {centre - half, centre + half}; }
 
 // The box by the hierarchy, where the hull is not needed.
-Bounds posed_bounds(const MeshModel& mesh, const Pose& pose) {
+template <class Model>
+Bounds bounds_by_hierarchy(const Model& model, const Pose& pose) {
   Vec3 lo, hi;
   for (int k = 0; k < 3; ++k) {
     const Vec3 axis = pose.rotation.row(k).transpose();
-    lo[k] = -farthest_along(mesh, -axis);
-    hi[k] = farthest_along(mesh, axis);
+    lo[k] = -farthest_along(model, -axis);
+    hi[k] = farthest_along(model, axis);
   }
   return {lo + pose.translation, hi + pose.translation};
 }
@@ -226,6 +227,13 @@ Shape detail::ShapeInsides::shape(std::shared_ptr<const MeshModel> model) {
   return s;
 }
 
+Shape::Shape(const Voxels& s) : kind_(ShapeKind::voxels) {
+  auto model = std::make_shared<const VoxelModel>(build_voxels(s));
+  param_ = {s.origin.x(), s.origin.y(), s.origin.z(), s.cell_size};
+  size_ = 2 * model->box(model->root()).second.norm();
+  parts_ = std::make_shared<BuiltParts>(nullptr, nullptr, std::move(model));
+}
+
 Shape Shape::rounded(double radius) const {
   require_not_negative("rounding", radius);
   if (kind_ == ShapeKind::sphere) return Sphere{this->radius() + radius};
@@ -237,7 +245,7 @@ Shape Shape::rounded(double radius) const {
   // Separate shared data, whose address is identity(): a rounded shape differs from its core.
   if (detail::ShapeInsides::is_built(*this)) {
     const BuiltParts& parts = detail::ShapeInsides::parts(*this);
-    s.parts_ = std::make_shared<BuiltParts>(parts.hull, parts.mesh);
+    s.parts_ = std::make_shared<BuiltParts>(parts.hull, parts.mesh, parts.voxels);
   } else {
     s.parts_ = std::make_shared<SharedParts>();
   }
@@ -254,6 +262,13 @@ const MassProperties& Shape::mass() const {
 ShapeMemory Shape::memory_by_part() const {
   ShapeMemory memory = has_mesh(*this) ? mesh_of(*this).memory() : ShapeMemory{};
   if (has_hull(*this)) memory.hull += hull_of(*this).memory();
+  if (kind_ == ShapeKind::voxels) {
+    const VoxelModel& voxels = voxels_of(*this);
+    memory.surface += voxels.cells.capacity() * sizeof(VoxelCell);
+    memory.hierarchy += voxels.nodes.capacity() * sizeof(VoxelModel::Node);
+    memory.other += sizeof(VoxelModel) + voxels.boxes.capacity() * sizeof(Shape);
+    for (const Shape& box : voxels.boxes) memory.other += box.memory();
+  }
   memory.other += detail::ShapeInsides::memory_of_parts(*this);
   return memory;
 }
@@ -270,6 +285,8 @@ std::size_t memory_of(std::span<const Shape> shapes) {
     held.emplace_back(shape.identity(), detail::ShapeInsides::memory_of_parts(shape));
     if (has_hull(shape)) held.emplace_back(&hull_of(shape), hull_of(shape).memory());
     if (has_mesh(shape)) held.emplace_back(&mesh_of(shape), mesh_of(shape).memory().total());
+    if (shape.kind() == ShapeKind::voxels)
+      held.emplace_back(&voxels_of(shape), shape.memory() - detail::ShapeInsides::memory_of_parts(shape));
   }
   const auto address = [](const auto& part) { return reinterpret_cast<std::uintptr_t>(part.first); };
   std::sort(held.begin(), held.end(), [&](const auto& x, const auto& y) { return address(x) < address(y); });
@@ -288,6 +305,11 @@ std::span<const Vec3> Shape::vertices() const {
 std::span<const std::array<std::uint32_t, 3>> Shape::triangles() const {
   if (!has_mesh(*this)) return {};
   return mesh_of(*this).triangles;
+}
+
+std::span<const VoxelCell> Shape::cells() const {
+  if (kind_ != ShapeKind::voxels) return {};
+  return voxels_of(*this).cells;
 }
 
 bool Shape::is_solid() const {
@@ -331,8 +353,10 @@ Bounds Shape::core_bounds(const Pose& pose, const WorkLimit* limit) const {
       return posed_bounds(hull_of(*this), pose);
     case ShapeKind::mesh: {
       const MeshModel& mesh = mesh_of(*this);
-      return does_without_hull(mesh) ? posed_bounds(mesh, pose) : posed_bounds(mesh.hull(limit), pose);
+      return does_without_hull(mesh) ? bounds_by_hierarchy(mesh, pose) : posed_bounds(mesh.hull(limit), pose);
     }
+    case ShapeKind::voxels:
+      return bounds_by_hierarchy(voxels_of(*this), pose);
   }
   return {t, t};
 }

@@ -5,6 +5,7 @@
 #include "shapes/hull.h"
 #include "shapes/lazily.h"
 #include "shapes/mesh_model.h"
+#include "shapes/voxel_model.h"
 #include "tandem/narrowphase/shape.h"
 
 namespace tandem {
@@ -18,11 +19,13 @@ namespace detail {
 
 /// Shared data of shapes for which a hull or a mesh is built.
 struct BuiltParts : SharedParts {
-  BuiltParts(std::shared_ptr<const Hull> of_hull, std::shared_ptr<const MeshModel> of_mesh)
-      : hull(std::move(of_hull)), mesh(std::move(of_mesh)) {}
+  BuiltParts(std::shared_ptr<const Hull> of_hull, std::shared_ptr<const MeshModel> of_mesh,
+             std::shared_ptr<const VoxelModel> of_voxels = nullptr)
+      : hull(std::move(of_hull)), mesh(std::move(of_mesh)), voxels(std::move(of_voxels)) {}
 
   std::shared_ptr<const Hull> hull;       ///< of a convex or triangle
   std::shared_ptr<const MeshModel> mesh;  ///< of a mesh or triangle
+  std::shared_ptr<const VoxelModel> voxels;
 };
 
 }  // namespace detail
@@ -35,11 +38,14 @@ struct detail::ShapeInsides {
   static bool has_mesh(const Shape& shape) {
     return shape.kind_ == ShapeKind::mesh || shape.kind_ == ShapeKind::triangle;
   }
-  static bool is_built(const Shape& shape) { return has_hull(shape) || has_mesh(shape); }
-  /// For a shape that has either.
+  static bool is_built(const Shape& shape) {
+    return has_hull(shape) || has_mesh(shape) || shape.kind_ == ShapeKind::voxels;
+  }
+  /// For a shape that is built.
   static const BuiltParts& parts(const Shape& shape) { return static_cast<const BuiltParts&>(*shape.parts_); }
   static const Hull& hull(const Shape& shape) { return *parts(shape).hull; }
   static const MeshModel& mesh(const Shape& shape) { return *parts(shape).mesh; }
+  static const VoxelModel& voxels(const Shape& shape) { return *parts(shape).voxels; }
   static std::size_t memory_of_parts(const Shape& shape);  ///< bytes, without what was built
   static Bounds core_bounds(const Shape& shape, const Pose& pose, const WorkLimit* limit) {
     return shape.core_bounds(pose, limit);
@@ -56,6 +62,7 @@ inline bool has_mesh(const Shape& shape) { return detail::ShapeInsides::has_mesh
 inline const Hull& hull_of(const Shape& shape) { return detail::ShapeInsides::hull(shape); }
 /// The model of a mesh or a triangle.
 inline const MeshModel& mesh_of(const Shape& shape) { return detail::ShapeInsides::mesh(shape); }
+inline const VoxelModel& voxels_of(const Shape& shape) { return detail::ShapeInsides::voxels(shape); }
 
 /// The box of a shape without its rounding.
 inline Bounds core_bounds(const Shape& shape, const Pose& pose, const WorkLimit* limit) {

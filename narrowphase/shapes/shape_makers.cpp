@@ -130,7 +130,33 @@ std::vector<GridKey> exposed_faces(const std::vector<GridKey>& cells) {
 
 }  // namespace
 
-Shape voxels(std::span<const std::array<std::int32_t, 3>> cells, double size) {
+Shape voxels(std::span<const std::array<std::int32_t, 3>> cells, double size, const Vec3& origin) {
+  Voxels grid{.cells = {}, .cell_size = size, .origin = origin};
+  grid.cells.reserve(cells.size());
+  for (const auto& corner : cells) grid.cells.push_back({corner, 0});
+  return Shape(grid);
+}
+
+Shape occupancy_grid(std::span<const std::uint8_t> occupied, const std::array<std::size_t, 3>& count, double size,
+                     const Vec3& origin) {
+  std::size_t all = 1;
+  for (std::size_t k = 0; k < 3; ++k) {
+    if (count[k] < 1 || count[k] > static_cast<std::size_t>(grid_reach))
+      refuse_number("occupancy grid: count[" + std::to_string(k) + "]", static_cast<double>(count[k]), "1 to 2^20");
+    all *= count[k];
+  }
+  if (occupied.size() != all)
+    refuse_number("occupancy grid: the number of values", static_cast<double>(occupied.size()), std::to_string(all));
+  Voxels grid{.cells = {}, .cell_size = size, .origin = origin};
+  const auto whole = [](std::size_t place) { return static_cast<std::int32_t>(place); };
+  for (std::size_t i = 0; i < all; ++i)
+    if (occupied[i] != 0)
+      grid.cells.push_back(
+          {{whole(i % count[0]), whole(i / count[0] % count[1]), whole(i / count[0] / count[1])}, 0});
+  return Shape(grid);
+}
+
+Shape voxel_mesh(std::span<const std::array<std::int32_t, 3>> cells, double size) {
   if (cells.empty()) refuse_number("voxels: the number of cells", 0, ">= 1");
   if (!(size > 0) || !std::isfinite(size)) refuse_number("voxels: size", size, "finite, > 0");
   const std::vector<GridKey> corners = exposed_faces(sorted_cells(cells));

@@ -50,6 +50,7 @@ inline Vec3 core_vertex(const ConvexView& v, std::uint32_t vertex) {
     case ShapeKind::ellipsoid:
     case ShapeKind::halfspace:
     case ShapeKind::plane:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }
@@ -103,6 +104,7 @@ inline SupportPoint core_support_point(const ConvexView& v, const Vec3& d, Suppo
     case ShapeKind::sphere:
     case ShapeKind::halfspace:  // has no farthest point
     case ShapeKind::plane:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:       // its triangles and its hull have
       break;
   }
@@ -136,6 +138,7 @@ inline double core_inner_radius(const ConvexView& v) {
     case ShapeKind::plane:
     case ShapeKind::convex:
     case ShapeKind::triangle:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       break;
   }

@@ -14,6 +14,9 @@
 #include <fcl/geometry/shape/ellipsoid.h>
 #include <fcl/geometry/shape/sphere.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <random>
 #include <set>
@@ -24,6 +27,8 @@
 #include "tandem/fcl/collision_manager.h"
 #include "tandem/fcl/octree_shape.h"
 #include "tandem/fcl/pair_queries.h"
+#include "tandem/formats/input_error.h"
+#include "tandem/formats/octomap_file.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
 using namespace tandem::test;
@@ -516,5 +521,36 @@ TEST_CASE("an octree from octomap's file as voxels: a ball meets and is as far a
   }
   CHECK(hits > 5);
   CHECK_FALSE(tandem::fcl::to_voxels(::fcl::OcTreed(0.1)));
+}
+
+TEST_CASE("octomap's files, of either kind, are read as its own library reads them") {
+  const auto folder = std::filesystem::temp_directory_path() / "tandem-octomap-test";
+  std::filesystem::create_directories(folder);
+  const auto tree = octree(0.05);
+  for (const char* name : {"map.bt", "map.ot"}) {
+    const std::string path = (folder / name).string();
+    const bool is_binary = std::string(name).ends_with("bt");
+    REQUIRE((is_binary ? tree->writeBinary(path) : tree->write(path)));
+    const tandem::Shape ours(tandem::read_octomap_file(path));
+    const auto theirs = tandem::fcl::to_voxels(::fcl::OcTreed(tree));
+    REQUIRE(theirs);
+    CHECK(ours.cell_size() == 0.05);
+    CHECK(ours.cells().size() > 10);
+    CHECK(std::equal(ours.cells().begin(), ours.cells().end(), theirs->cells().begin(), theirs->cells().end()));
+    // Cut off anywhere, or of another tree.
+    std::ifstream in(path, std::ios::binary);
+    std::stringstream all;
+    all << in.rdbuf();
+    const std::string bytes = all.str();
+    for (std::size_t length = 0; length < bytes.size(); length += 1 + bytes.size() / 50) {
+      std::ofstream(path, std::ios::binary) << bytes.substr(0, length);
+      CHECK_THROWS_AS(tandem::read_octomap_file(path), tandem::InputError);
+    }
+    std::string other = bytes;
+    other.replace(other.find("id OcTree"), 9, "id ColorOcTree");
+    std::ofstream(path, std::ios::binary) << other;
+    CHECK_THROWS_AS(tandem::read_octomap_file(path), tandem::InputError);
+  }
+  std::filesystem::remove_all(folder);
 }
 #endif  // FCL_HAVE_OCTOMAP

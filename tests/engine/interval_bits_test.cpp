@@ -2,9 +2,7 @@
 #include "queries/interval_bits.h"
 
 #include <algorithm>
-#include <array>
 #include <limits>
-#include <span>
 #include <vector>
 
 #include "catch.h"
@@ -73,7 +71,7 @@ TEST_CASE("sets of boxes by slabs: all that overlap are among those visited, whe
     compare(bits, boxes, asked);
     for (std::uint32_t i = 0; i < n; i += 2) {
       boxes.set(i, random_box(random, 5, 2));
-      bits.update(boxes, std::array<std::uint32_t, 1>{i});
+      bits.move(i, boxes[i]);
     }
     compare(bits, boxes, asked);
   }
@@ -89,8 +87,8 @@ TEST_CASE("sets of boxes by slabs: empty boxes are in none, and come and go") {
   const IntervalBits::Ends all = bits.ends_of({{-inf, -inf, -inf}, {inf, inf, inf}});
   CHECK(near(bits, all) == std::vector<std::uint32_t>{0, 2});
   CHECK(near(bits, bits.ends_of({{2.5f, 2.5f, 2.5f}, {2.6f, 2.6f, 2.6f}})) == std::vector<std::uint32_t>{2});
-  boxes.set_empty(0), boxes.set(1, {{0, 0, 0}, {3, 3, 3}});
-  bits.update(boxes, std::array<std::uint32_t, 2>{0, 1});
+  boxes.set_empty(0), bits.move(0, boxes[0]);
+  boxes.set(1, {{0, 0, 0}, {3, 3, 3}}), bits.move(1, boxes[1]);
   CHECK(near(bits, all) == std::vector<std::uint32_t>{1, 2});
   CHECK(near(bits, bits.ends_of({{0, 0, 0}, {0, 0, 0}})) == std::vector<std::uint32_t>{1});
 }
@@ -142,23 +140,4 @@ TEST_CASE("sets of boxes by slabs: not built where a large box takes all slabs")
   boxes.set(0, {{-50, -50, -50}, {50, 50, 50}});
   bits.build(boxes);
   CHECK_FALSE(bits.is_built());
-}
-
-TEST_CASE("sets of boxes by slabs: boxes that all move far away are divided by slabs there") {
-  Random random(7);
-  BoxArray boxes;
-  boxes.resize(100);
-  std::vector<std::uint32_t> all(100);
-  for (std::uint32_t i = 0; i < 100; ++i) boxes.set(all[i] = i, random_box(random, 1, 0.02));
-  IntervalBits bits;
-  bits.build(boxes);
-  for (std::uint32_t i = 0; i < 100; ++i) {
-    Aabb box = boxes[i];
-    for (std::size_t axis = 0; axis < 3; ++axis) box.lo[axis] += 50, box.hi[axis] += 50;
-    boxes.set(i, box);
-  }
-  // In two parts: the first does not build anew.
-  bits.update(boxes, std::span(all).first(60));
-  bits.update(boxes, std::span(all).subspan(60));
-  CHECK(near(bits, bits.ends_of(boxes[0])).size() < 20);
 }

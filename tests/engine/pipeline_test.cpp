@@ -5,10 +5,12 @@
 #include <oneapi/tbb/global_control.h>
 
 #include "catch.h"
+#include "narrowphase/random_pairs.h"
 #include "scene/mesh_generators.h"
 #include "scene/random.h"
 #include "tandem/engine/builtin_scenes.h"
 #include "tandem/engine/response.h"
+#include "tandem/narrowphase/shape_makers.h"
 
 using namespace tandem;
 
@@ -141,6 +143,41 @@ Scene balls_and_rings() {
 bool has(const StepReport& report, StepIssue issue) { return (report.execution.issues & bit(issue)) != 0; }
 
 }  // namespace
+
+TEST_CASE("bodies of all kinds that fall on voxels come to rest on them: one answer for all executors") {
+  const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
+  Scene scene;
+  std::vector<std::uint8_t> floor(40 * 40 * 3, 1);
+  test::Random random(17);
+  for (std::size_t i = 2 * 40 * 40; i < floor.size(); ++i) floor[i] = random.in(0, 1) < 0.2;
+  const ShapeId ground = scene.add_shape(occupancy_grid(floor, {40, 40, 3}, 0.25, Vec3(-5, -5, -0.75)));
+  scene.add_body({.shape = ground, .is_static = true});
+  std::vector<std::array<std::int32_t, 3>> bar{{0, 0, 0}, {1, 0, 0}, {2, 0, 0}, {2, 1, 0}};
+  const ShapeId shapes[] = {scene.add_shape(Sphere{0.2}), scene.add_shape(Box{{0.4, 0.5, 0.3}}),
+                            scene.add_shape(Capsule{0.1, 0.4}), scene.add_shape(voxels(bar, 0.2))};
+  for (int i = 0; i < 48; ++i) {
+    Pose pose = test::random_pose(random, 3.5);
+    pose.translation.z() = 0.8 + 0.05 * i;
+    scene.add_body({.shape = shapes[i % 4], .pose = pose});
+  }
+  const auto setups = all_setups({.answer = {.margin = recommended_margin(scene)}});
+  std::vector<Pipeline> pipelines;
+  for (const PipelineOptions& setup : setups) pipelines.emplace_back(setup);
+  Response response;
+  std::uint64_t contacts = 0;
+  for (int step = 0; step < 150; ++step) {
+    std::uint64_t expected = 0;
+    for (std::size_t i = 0; i < (step % 30 == 29 ? setups.size() : 1); ++i) {
+      const StepReport report = pipelines[i].step(scene);
+      if (i == 0) expected = report.contact_hash, contacts += report.contacts;
+      CAPTURE(step, name(setups[i].executor), setups[i].threads);
+      CHECK(report.contact_hash == expected);
+    }
+    response.step(scene, pipelines.front().contacts());
+  }
+  CHECK(contacts > 1000);
+  for (std::uint32_t body = 1; body < scene.indices(); ++body) CHECK(scene.poses()[body].translation.z() > -0.3);
+}
 
 TEST_CASE("a step whose deadline has passed marks every pair it lists, and the next one is whole") {
   const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);

@@ -404,6 +404,62 @@ TEST_CASE("configurations: verdicts and clearances are those of single queries, 
   }
 }
 
+TEST_CASE("queries of a scene: a map of voxels answers as its cells do as bodies") {
+  Random random(31);
+  Voxels map{{}, 0.25, Vec3(-4, -4, 0)};
+  Scene one, many;
+  for (int i = 0; i < 600; ++i) {
+    const auto place = [&](int most) { return static_cast<std::int32_t>(random.in(0, most)); };
+    map.cells.push_back({{place(32), place(32), place(12)}, 0});
+  }
+  const Shape voxels(map);
+  one.add_body({.shape = one.add_shape(voxels), .is_static = true});
+  for (const auto& [corner, level] : voxels.cells()) {
+    const double edge = 0.25 * (1 << level);
+    const Vec3 centre = Vec3(-4, -4, 0) + 0.25 * Vec3(corner[0], corner[1], corner[2]) + Vec3::Constant(edge / 2);
+    const ShapeId box = many.add_shape(Box{Vec3::Constant(edge)});
+    many.add_body({.shape = box, .pose = {Mat3::Identity(), centre}, .is_static = true});
+  }
+  const SceneQueries map_queries(one), cell_queries(many);
+  int hits = 0, met = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Shape shape = i % 4 == 0 ? Shape(Sphere{0}) : random_shape(static_cast<ShapeKind>(i % 6), random);
+    const Pose pose = random_pose(random, 5);
+    const bool hit = map_queries.collides(shape, pose);
+    CHECK(hit == cell_queries.collides(shape, pose));
+    CHECK(map_queries.collides(shape, pose, 0.3) == cell_queries.collides(shape, pose, 0.3));
+    hits += hit;
+    const auto near = map_queries.nearest(shape, pose, 2), expected = cell_queries.nearest(shape, pose, 2);
+    REQUIRE(near.has_value() == expected.has_value());
+    if (near && !hit) CHECK(near->answer.signed_distance == Approx(expected->answer.signed_distance).margin(1e-11));
+    // A ray where the shape is a point.
+    const Motion motion{pose, random_pose(random, 5)};
+    const auto touch = map_queries.cast(shape, motion), first = cell_queries.cast(shape, motion);
+    REQUIRE(touch.has_value() == first.has_value());
+    if (touch) CHECK(touch->t == Approx(first->t).margin(1e-7));
+    met += touch && touch->t > 0;
+  }
+  CHECK(hits > 40);
+  CHECK(met > 40);
+  const std::vector<Shape> links{Capsule{0.1, 1}, Box{{0.2, 0.3, 0.8}}};
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < 2 * 300; ++i) poses.push_back(random_pose(random, 4));
+  std::vector<Verdict> verdicts(300), expected(300), again(300);
+  const PairTable self(2, 2, false);
+  map_queries.check(links, poses, self, verdicts);
+  cell_queries.check(links, poses, self, expected);
+  CHECK(verdicts == expected);
+  const tbb::global_control control(tbb::global_control::max_allowed_parallelism, 8);
+  tbb::task_arena arena(8);
+  arena.execute([&] { map_queries.check(links, poses, self, again); });
+  CHECK(again == expected);
+  std::vector<double> clear(300), clear_expected(300);
+  map_queries.clearance(links, poses, self, clear, 1.0);
+  cell_queries.clearance(links, poses, self, clear_expected, 1.0);
+  for (std::size_t i = 0; i < clear.size(); ++i)
+    if (clear_expected[i] > 0) CHECK(clear[i] == Approx(clear_expected[i]).margin(1e-11));
+}
+
 TEST_CASE("configurations: poses that are made when they are looked at give the same answers") {
   World world(8, 60);
   const SceneQueries queries(world.scene);

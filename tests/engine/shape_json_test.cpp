@@ -55,6 +55,16 @@ TEST_CASE("shape JSON: every kind reads as its parameters say") {
   CHECK(shape_of(R"({"kind":"convex","vertices":[[0,0,0]]})").kind() == ShapeKind::convex);
   CHECK(shape_of(R"({"kind":"triangle","vertices":[[0,0,0],[1,0,0],[2,0,0]]})").kind() == ShapeKind::triangle);
   CHECK(shape_of(tetrahedron).kind() == ShapeKind::mesh);
+  const Shape grid = shape_of(R"({"kind":"voxels","cell_size":0.5,"cells":[[4,0,-2],[0,2,4,1]],"origin":[1,0,0]})");
+  REQUIRE(grid.cells().size() == 2);
+  CHECK(grid.bounds(Pose{}).lo == Vec3(1, 0, -1));
+  CHECK(shape_of(R"({"kind":"voxels","cell_size":2,"cells":[[0,0,0]]})").origin() == Vec3::Zero());
+  CHECK_THAT(refusal_of_shape(R"({"kind":"voxels","cell_size":1,"cells":[]})"), Catch::Contains("cells is empty"));
+  CHECK_THAT(refusal_of_shape(R"({"kind":"voxels","cell_size":1,"cells":[[0,0.5,0]]})"), Catch::Contains("/cells/0/1"));
+  CHECK_THAT(refusal_of_shape(R"({"kind":"voxels","cell_size":1,"cells":[[0,0]]})"), Catch::Contains("/cells/0"));
+  CHECK_THAT(refusal_of_shape(R"({"kind":"voxels","cell_size":1,"cells":[[0,0,0,21]]})"), Catch::Contains("/cells/0/3"));
+  CHECK_THAT(refusal_of_shape(R"({"kind":"voxels","cell_size":1,"cells":[[1048576,0,0]]})"), Catch::Contains("cells[0]"));
+  CHECK_THAT(refusal_of_shape(R"({"kind":"voxels","cell_size":0,"cells":[[0,0,0]]})"), Catch::Contains("/cell_size"));
 }
 
 TEST_CASE("shape JSON: every kind may have rounding") {
@@ -69,6 +79,7 @@ TEST_CASE("shape JSON: what is written reads back as the same text") {
   const std::string texts[] = {
       R"({"kind":"sphere","radius":0.1})",
       R"({"kind":"box","size":[0.1,1e-30,3]})",
+      R"({"kind":"voxels","cell_size":0.1,"origin":[0.1,0,-3],"cells":[[-3,2,5],[0,8,4,2]]})",
       R"({"kind":"capsule","radius":0.3,"length":0.7})",
       R"({"kind":"cylinder","radius":0.3,"length":0.7})",
       R"({"kind":"cone","radius":0.3,"length":0.7})",

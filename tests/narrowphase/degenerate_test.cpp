@@ -229,6 +229,8 @@ Shape round_shape(ShapeKind kind) {
       return Shape(Convex{{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 0.5}, {0, 0, -0.5}}});
     case ShapeKind::triangle:
       return Shape(Triangle{{Vec3(1, 0, 0), Vec3(-1, 1, 0), Vec3(-1, -1, 0)}});
+    case ShapeKind::voxels:
+      return Shape(Voxels{{{{0, 0, 0}, 0}, {{-1, -1, -1}, 0}, {{-2, 0, 0}, 1}}, 0.5});
     default:
       return Shape(Mesh{
           {{1, 0, -1}, {-1, 1, -1}, {-1, -1, -1}, {0, 0, 1}}, {{0, 2, 1}, {0, 1, 3}, {1, 2, 3}, {2, 0, 3}}, false});

@@ -150,7 +150,9 @@ TEST_CASE("dispatcher: the table tells what is refused, which solver answers and
         CHECK((row.exactness == Exactness::refused) == !n.refuses(a, b, q).empty());
         CHECK(row.solver == exchanged.solver);
         CHECK(row.exactness == exchanged.exactness);
-        CHECK((row.solver == "bvh") == !(a.is_convex() && b.is_convex()));
+        const bool by_cells = a.kind() == ShapeKind::voxels || b.kind() == ShapeKind::voxels;
+        CHECK((row.solver == "cells") == by_cells);
+        CHECK((row.solver == "bvh") == (!by_cells && !(a.is_convex() && b.is_convex())));
         if (row.exactness == Exactness::exact) CHECK(q == Request::collide);
         const bool bounded = a.is_convex() && b.is_convex() && a.is_bounded() && b.is_bounded();
         CHECK(by_gjk.solver_for(a.kind(), b.kind(), q).solver == (bounded ? "gjk" : row.solver));

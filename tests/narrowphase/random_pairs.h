@@ -1,5 +1,7 @@
 // Random shapes and pairs.
 #pragma once
+#include <cmath>
+
 #include "random.h"
 #include "tandem/narrowphase/narrow_phase.h"
 
@@ -49,6 +51,19 @@ inline Shape random_shape(ShapeKind kind, Random& r) {
     case ShapeKind::triangle: {
       const Vec3 p = r.vec(-0.8, 0.8), q = r.vec(-0.8, 0.8);
       return Shape(Triangle{{p, q, r.vec(-0.8, 0.8)}});
+    }
+    case ShapeKind::voxels: {
+      Voxels v;
+      v.cell_size = r.in(0.15, 0.3);
+      v.origin = r.vec(-0.05, 0.05);
+      v.cells.push_back({{0, 0, 0}, 0});
+      for (int i = 0; i < 60; ++i) {
+        const auto place = [&] { return static_cast<std::int32_t>(std::floor(r.in(-2.5, 2.5))); };
+        v.cells.push_back({{place(), place(), place()}, 0});
+      }
+      v.cells.push_back({{-2, 0, 0}, 1});
+      v.cells.push_back({{0, 2, 0}, 1});
+      return Shape(v);
     }
     default: {
       Mesh m;

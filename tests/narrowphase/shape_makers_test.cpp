@@ -61,7 +61,7 @@ TEST_CASE("a height field is solid land: volume, points above and below, refusal
   CHECK_THROWS_AS(height_field(hill, 3, 3, 1, 0), std::invalid_argument);
 }
 
-TEST_CASE("voxels are the union of their cells: verdicts, distances, volume, refusals") {
+TEST_CASE("a mesh of voxels is the union of their cells: verdicts, distances, volume, refusals") {
   Random r(5);
   const NarrowPhase n;
   for (const int count : {1, 12, 90}) {
@@ -73,11 +73,11 @@ TEST_CASE("voxels are the union of their cells: verdicts, distances, volume, ref
     std::sort(once.begin(), once.end());
     once.erase(std::unique(once.begin(), once.end()), once.end());
     const double size = 0.3;
-    const Shape solid = voxels(cells, size);
+    const Shape solid = voxel_mesh(cells, size);
     CHECK(solid.is_solid());
     CHECK(std::abs(solid.mass().volume - size * size * size * static_cast<double>(once.size())) < 1e-12);
     std::reverse(cells.begin(), cells.end());
-    CHECK(voxels(cells, size).triangles().size() == solid.triangles().size());
+    CHECK(voxel_mesh(cells, size).triangles().size() == solid.triangles().size());
     int hits = 0;
     for (int i = 0; i < 300; ++i) {
       const Shape ball = Sphere{r.in(0.01, 0.3)}, box = Box{r.vec(0.05, 0.4)};
@@ -101,9 +101,9 @@ TEST_CASE("voxels are the union of their cells: verdicts, distances, volume, ref
   }
   const std::vector<std::array<std::int32_t, 3>> apart{
       {0, 0, 0}, {1, 1, 0}, {1, 1, 1}, {2, 2, 2}};  // edges and corners
-  CHECK(voxels(apart, 1).triangles().size() == 2 * (6 + 10 + 6));
-  CHECK_THROWS_AS(voxels({}, 1), std::invalid_argument);
-  CHECK_THROWS_AS(voxels(apart, 0), std::invalid_argument);
+  CHECK(voxel_mesh(apart, 1).triangles().size() == 2 * (6 + 10 + 6));
+  CHECK_THROWS_AS(voxel_mesh({}, 1), std::invalid_argument);
+  CHECK_THROWS_AS(voxel_mesh(apart, 0), std::invalid_argument);
   const std::vector<std::array<std::int32_t, 3>> far{{1 << 20, 0, 0}};
-  CHECK_THROWS_AS(voxels(far, 1), std::invalid_argument);
+  CHECK_THROWS_AS(voxel_mesh(far, 1), std::invalid_argument);
 }

@@ -78,6 +78,9 @@ ELSEWHERE = {
     "edge_edge_impact": "edge_edge_impacts",
     "read_mesh_shape": "read_mesh",
     "read_mesh_file": "read_mesh",
+    "read_octomap_file": "read_octomap",
+    "Voxels": "voxels",
+    "VoxelCell": "voxels",
     "read_scene_file": "read_scene",
     "write_scene_file": "write_scene",
     "make_builtin_scene": "builtin_scene",
@@ -134,7 +137,7 @@ CLASSES = {
 PARAMETERS = "Shape.parameters"
 METHODS_OF_CPP_ALONE = {
     "Shape": {
-        **dict.fromkeys(["radius", "length", "half_size", "radii", "normal", "offset"], PARAMETERS),
+        **dict.fromkeys(["radius", "length", "half_size", "radii", "normal", "offset", "origin", "cell_size"], PARAMETERS),
         "mass": "Shape.volume, centre_of_mass, inertia",
         "identity": "Python's `is` for one object; copies of shapes are rare",
     },

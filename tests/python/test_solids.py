@@ -1,5 +1,7 @@
 """Voxels, solids of meshes that do not close, winding numbers, and how the building of a mesh is watched and ended."""
 
+import pathlib
+import tempfile
 import unittest
 
 import numpy as np
@@ -26,7 +28,10 @@ class Voxels(unittest.TestCase):
         self.assertTrue(bar.is_solid)
         self.assertAlmostEqual(bar.volume, 3 * 0.125)
         np.testing.assert_allclose(bar.bounds(), [[-0.5, 0, 0], [1, 0.5, 0.5]])
-        self.assertEqual(len(bar.triangles), 2 * 14)
+        self.assertEqual((bar.kind, len(bar.cells), len(bar.triangles)), ("voxels", 3, 0))
+        np.testing.assert_allclose(bar.parameters, [0, 0, 0, 0.5])
+        mesh = tandem.voxel_mesh([[-1, 0, 0], [0, 0, 0], [1, 0, 0], [0, 0, 0]], 0.5)
+        self.assertEqual(len(mesh.triangles), 2 * 14)
         ball = tandem.Sphere(0.1)
         self.assertAlmostEqual(tandem.distance(bar, None, ball, [2, 0.25, 0.25, 1, 0, 0, 0]).signed_distance, 0.9)
         self.assertTrue(tandem.collide(bar, None, ball, [0.25, 0.25, 0.25, 1, 0, 0, 0]))
@@ -39,7 +44,33 @@ class Voxels(unittest.TestCase):
         for point in seen[:50]:
             self.assertTrue(tandem.collide(shape, None, tandem.Sphere(0), [*point, 1, 0, 0, 0]))
 
+    def test_levels_and_dense_grids(self):
+        large = tandem.voxels([[0, 0, 0, 3]], 0.25, [1, 2, 3])
+        full = tandem.occupancy_grid(np.ones((8, 8, 8)), 0.25, [1, 2, 3])
+        np.testing.assert_array_equal(large.cells, [[0, 0, 0, 3]])
+        np.testing.assert_array_equal(full.cells, large.cells)
+        np.testing.assert_allclose(full.bounds(), [[1, 2, 3], [3, 4, 5]])
+        seen = np.zeros((2, 3, 4), bool)
+        seen[1, 2, 0] = seen[0, 0, 3] = True
+        self.assertEqual({tuple(c[:3]) for c in tandem.occupancy_grid(seen, 1).cells}, {(0, 2, 1), (3, 0, 0)})
+
+    def test_octomap(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "map.bt"
+            header = b"# Octomap OcTree binary file\nid OcTree\nsize 2\nres 0.5\ndata\n"
+            path.write_bytes(header + b"\x02\x80")
+            shape = tandem.read_octomap(path)
+            np.testing.assert_array_equal(shape.cells, [[-32768] * 3 + [15], [0, 0, 0, 15]])
+            self.assertEqual(shape.parameters[3], 0.5)
+            path.write_bytes(header + b"\x03")
+            with self.assertRaisesRegex(ValueError, "map.bt: byte"):
+                tandem.read_octomap(path)
+
     def test_refusals(self):
+        with self.assertRaisesRegex(ValueError, "level 21"):
+            tandem.voxels([[0, 0, 0, 21]], 1)
+        with self.assertRaisesRegex(ValueError, "occupied"):
+            tandem.occupancy_grid(np.ones((2, 2)), 1)
         for cells, size, message in [
             ([[0, 0, 0]], 0, "size"),
             ([[0, 0, 0]], np.nan, "size"),

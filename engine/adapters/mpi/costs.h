@@ -29,8 +29,7 @@ class Costs {
     if (!a.is_bounded() || (b.is_bounded() && b.size() < a.size())) std::swap(at, other);
     if (!bodies.owns(at)) std::swap(at, other);
     if (!bodies.owns(at) || !scene.shape_of(at).is_bounded()) return;
-    const bool mesh = a.kind() == ShapeKind::mesh || b.kind() == ShapeKind::mesh;
-    const bool is_heavy = mesh && a.is_bounded() && b.is_bounded();
+    const bool is_heavy = !(a.is_convex() && b.is_convex()) && a.is_bounded() && b.is_bounded();
     std::atomic_ref<std::uint32_t>((is_heavy ? heavy_ : light_)[at]).fetch_add(1, std::memory_order_relaxed);
   }
   /// Weights in ns of the bodies that this rank owns, in the order of their indices.

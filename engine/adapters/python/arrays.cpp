@@ -187,6 +187,7 @@ std::vector<std::array<Index, N>> index_rows(const py::handle& value, std::strin
 template std::vector<std::array<std::int32_t, 3>> index_rows(const py::handle&, std::string_view);
 template std::vector<std::array<std::uint32_t, 3>> index_rows(const py::handle&, std::string_view);
 template std::vector<std::array<std::uint32_t, 4>> index_rows(const py::handle&, std::string_view);
+template std::vector<std::array<std::int32_t, 4>> index_rows(const py::handle&, std::string_view);
 
 Pose pose(const py::handle& value, std::string_view what) {
   if (value.is_none()) return {};

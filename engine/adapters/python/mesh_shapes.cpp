@@ -8,6 +8,7 @@
 #include "bindings.h"
 #include "building.h"
 #include "tandem/formats/mesh_file.h"
+#include "tandem/formats/octomap_file.h"
 #include "tandem/narrowphase/shape_makers.h"
 #include "tandem/narrowphase/winding_number.h"
 
@@ -47,10 +48,45 @@ Shape height_field_of(const py::handle& heights, double spacing, double bottom) 
   return height_field(numbers, columns, rows, spacing, bottom);
 }
 
-Shape voxels_of(const py::object& given, double size) {
+Shape voxels_of(const py::object& given, double size, const py::object& origin) {
+  Voxels grid{.cells = {}, .cell_size = size, .origin = origin.is_none() ? Vec3(Vec3::Zero()) : vec3(origin, "origin")};
+  const auto shape = py::array::ensure(given);
+  if (shape && shape.ndim() == 2 && shape.shape(1) == 4) {
+    const auto cells = index_rows<std::int32_t, 4>(given, "cells");
+    for (std::size_t i = 0; i < cells.size(); ++i) {
+      if (cells[i][3] < 0 || cells[i][3] > 20)
+        throw std::invalid_argument("cells: level " + std::to_string(cells[i][3]) + " in row " + std::to_string(i) +
+                                    ", allowed: 0 to 20");
+      grid.cells.push_back({{cells[i][0], cells[i][1], cells[i][2]}, static_cast<std::uint8_t>(cells[i][3])});
+    }
+  } else {
+    for (const auto& cell : index_rows<std::int32_t, 3>(given, "cells")) grid.cells.push_back({cell, 0});
+  }
+  const py::gil_scoped_release released;
+  return Shape(grid);
+}
+
+Shape occupancy_grid_of(const py::object& given, double size, const py::object& origin) {
+  const auto occupied = py::array_t<bool, py::array::c_style | py::array::forcecast>::ensure(given);
+  if (!occupied || occupied.ndim() != 3) throw std::invalid_argument("occupied: not (nz, ny, nx), as it must be");
+  const std::span<const std::uint8_t> values(reinterpret_cast<const std::uint8_t*>(occupied.data()),
+                                             static_cast<std::size_t>(occupied.size()));
+  const auto count = [&](int k) { return static_cast<std::size_t>(occupied.shape(k)); };
+  const Vec3 corner = origin.is_none() ? Vec3(Vec3::Zero()) : vec3(origin, "origin");
+  const std::array<std::size_t, 3> counts{count(2), count(1), count(0)};
+  const py::gil_scoped_release released;
+  return occupancy_grid(values, counts, size, corner);
+}
+
+Shape voxel_mesh_of(const py::object& given, double size) {
   const auto cells = index_rows<std::int32_t, 3>(given, "cells");
   const py::gil_scoped_release released;
-  return voxels(cells, size);
+  return voxel_mesh(cells, size);
+}
+
+Shape octomap_of(const std::filesystem::path& path) {
+  const py::gil_scoped_release released;
+  return Shape(read_octomap_file(path));
 }
 
 Shape solid_of(const py::object& vertices, const py::object& triangles, double size, double least,
@@ -71,6 +107,26 @@ Doubles winding_numbers(const WindingNumber& winding, const py::object& given) {
   const py::gil_scoped_release released;
   tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t i) { numbers[i] = winding.at(places[i]); });
   return out;
+}
+
+void bind_voxels(py::module_& m) {
+  const auto origin = py::arg("origin") = py::none();
+  m.def("voxels", &voxels_of, py::arg("cells"), py::arg("size"), origin,
+        "The solid union of cubes of a grid, of kind 'voxels'. cells: (n, 3) whole numbers i, j, k, of the cube from "
+        "origin +\n"
+        "(i, j, k) * size to origin + (i + 1, ...) * size, -2^20 to 2^20 - 1, in any order, doubles allowed; or (n, 4) "
+        "with a level l,\n"
+        "0 to 20, of a cube 2^l times as wide whose i, j, k are multiples of that. size: m, > 0. origin: (3,), m.");
+  m.def("occupancy_grid", &occupancy_grid_of, py::arg("occupied"), py::arg("size"), origin,
+        "The same of a dense grid: (nz, ny, nx), what is not 0 is occupied; [0, 0, 0] is the cube that begins at "
+        "origin.");
+  m.def("voxel_mesh", &voxel_mesh_of, py::arg("cells"), py::arg("size"),
+        "The surface of such cubes as a solid mesh: of the faces between a cell and a place without one. cells: (n, "
+        "3), -2^20 to 2^20 - 2.");
+  m.def("read_octomap", &octomap_of, py::arg("path"),
+        "The occupied leaves of an octree in one of octomap's .bt or .ot files, as voxels. ValueError 'FILE: byte N: "
+        "...' where it\n"
+        "cannot be used.");
 }
 
 }  // namespace
@@ -97,11 +153,7 @@ void bind_mesh_shapes(py::module_& m) {
         "Balls of one radius (m, >= 0) about (n, 3) points, as one shape.");
   m.def("height_field", &height_field_of, py::arg("heights"), py::arg("spacing"), py::arg("bottom"),
         "The solid between `bottom` and (rows, columns) heights, m, `spacing` (m, > 0) apart; centred in x and y.");
-  m.def("voxels", &voxels_of, py::arg("cells"), py::arg("size"),
-        "The solid union of cubes of a grid. cells: (n, 3) whole numbers i, j, k, of the cube from (i, j, k) * size to "
-        "(i + "
-        "1, ...) *\n"
-        "size, -2^20 to 2^20 - 2, in any order, doubles allowed. size: m, > 0.");
+  bind_voxels(m);
   m.def("voxel_solid", &solid_of, vertices, triangles, py::arg("size"), py::kw_only(),
         py::arg("least") = VoxelSolidOptions{}.least, py::arg("most_cells") = VoxelSolidOptions{}.most_cells, timeout,
         "A solid for a mesh that need not be closed: the cubes, of size (m, > 0), whose middles have at least that "

@@ -46,6 +46,19 @@ void bind_shape_class(py::module_& module) {
           "triangles", [](const Shape& s) { return to_array(s.triangles()); },
           "(n, 3) indices of vertices: of a triangle or mesh; else empty.")
       .def_property_readonly(
+          "cells",
+          [](const Shape& s) {
+            const auto cells = s.cells();
+            py::array_t<std::int32_t> rows({static_cast<py::ssize_t>(cells.size()), py::ssize_t{4}});
+            std::int32_t* to = rows.mutable_data();
+            for (const auto& [corner, level] : cells) {
+              to = std::copy(corner.begin(), corner.end(), to);
+              *to++ = level;
+            }
+            return rows;
+          },
+          "(n, 4) i, j, k, level: of voxels, in the order by which contacts name them; else empty.")
+      .def_property_readonly(
           "volume", [](const Shape& s) { return s.mass().volume; }, "m^3")
       .def_property_readonly(
           "centre_of_mass", [](const Shape& s) { return to_array(s.mass().centre); }, "(3,), m")
@@ -55,8 +68,8 @@ void bind_shape_class(py::module_& module) {
       .def_property_readonly(
           "parameters", [](const Shape& s) { return to_array(s.parameters()); },
           "(4,), then zeros: radius; half a box's size; radius, length; radii; a half-space's or plane's normal, "
-          "offset.\n"
-          "Of the core of a rounded shape.")
+          "offset;\n"
+          "of voxels the origin and the size of a cell. Of the core of a rounded shape.")
       .def_property_readonly("is_convex", &Shape::is_convex)
       .def_property_readonly("is_bounded", &Shape::is_bounded, "All but half-spaces and planes.")
       .def_property_readonly("memory", &Shape::memory, "Bytes beside the object itself; copies share them.")

@@ -213,6 +213,21 @@ Mesh draw_mesh(Random& r, Build build, const std::vector<NamedMesh>& real) {
   return m;
 }
 
+/// A few dozen cells about the origin, some of them larger.
+Voxels cells(Random& r, Build build) {
+  const bool exact = build == Build::dyadic;
+  Voxels v;
+  v.cell_size = exact ? 0.125 : rounded(r.in(0.05, 0.3));
+  v.origin = exact ? point(r, build) : rounded(r.vec(-0.5, 0.5));
+  for (int i = 1 + r.below(40); i > 0; --i) {
+    const auto level = static_cast<std::uint8_t>(r.once_in(4) ? 1 + r.below(2) : 0);
+    const auto place = [&] { return (r.below(10) - 5) >> level << level; };
+    const std::int32_t x = place(), y = place();
+    v.cells.push_back({{x, y, place()}, level});
+  }
+  return v;
+}
+
 ShapeData draw_shape(ShapeKind kind, Random& r, Build build, const std::vector<NamedMesh>& real) {
   switch (kind) {
     case ShapeKind::sphere:
@@ -239,6 +254,8 @@ ShapeData draw_shape(ShapeKind kind, Random& r, Build build, const std::vector<N
     case ShapeKind::plane:
       return Plane{build == Build::dyadic ? Vec3(Vec3::Unit(r.below(3))) : r.direction(),
                    build == Build::dyadic ? r.below(9) / 8.0 : r.in(-0.5, 0.5)};
+    case ShapeKind::voxels:
+      return cells(r, build);
     case ShapeKind::convex:
       return cloud(r, build);
     case ShapeKind::triangle:

@@ -118,7 +118,7 @@ std::string contact_points(const Case& c, Random&) {
 // Convex bodies lie behind the planes through their witness points: as half-spaces tell.
 std::string planes(const Case& c, Random&) {
   const PairAnswer& r = c.answers.distance;
-  if (is_mesh(c.a) || is_mesh(c.b) || !c.a.is_bounded() || !c.b.is_bounded()) return {};
+  if (!c.a.is_convex() || !c.b.is_convex() || !c.a.is_bounded() || !c.b.is_bounded()) return {};
   for (const bool first : {true, false}) {
     const Vec3 normal = first ? Vec3(-r.normal) : r.normal;
     const Vec3 through = first ? r.point_a : r.point_b;
@@ -137,7 +137,7 @@ std::string along(const Case& c, Random& random) {
   const Vec3 origin = c.pair.a.pose.translation;
   const Pose a = seen_from(c.pair.a.pose, origin), b = seen_from(c.pair.b.pose, origin);
   const double tolerance = 4 * rounding * c.unit;
-  const bool convex = !is_mesh(c.a) && !is_mesh(c.b);
+  const bool convex = c.a.is_convex() && c.b.is_convex();
   for (int k = 0; k < 3; ++k) {
     const Vec3 u = k == 0   ? r.normal
                    : k == 1 ? Vec3((r.normal + 0.3 * random.direction()).normalized())
@@ -173,7 +173,7 @@ std::string options(const Case& c, Random& random) {
   const Pose &a = c.pair.a.pose, &b = c.pair.b.pose;
   const PairAnswer& full = c.answers.distance;
   const double d = full.signed_distance, size = c.a.size() + c.b.size();
-  const bool meshes = is_mesh(c.a) || is_mesh(c.b);
+  const bool meshes = !c.a.is_convex() || !c.b.is_convex();
   for (const double tolerance : {0.0, 1e-6, 1e-2}) {
     const NarrowPhaseOptions asked{.tolerance = tolerance, .solver = tolerance == 0 && !meshes ? "gjk" : ""};
     const NarrowPhase other(asked);

@@ -1,6 +1,7 @@
 #include "posed_pair.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -38,6 +39,10 @@ Json json(const ShapeData& data) {
                    j["vertices"] = points(s.vertices), j["triangles"] = s.triangles;
                    if (s.solid) j["solid"] = true;
                  },
+                 [&](const Voxels& s) {
+                   j["cell_size"] = s.cell_size, j["origin"] = json(s.origin);
+                   for (const auto& [c, level] : s.cells) j["cells"].push_back({c[0], c[1], c[2], level});
+                 },
                  [&](const auto& s) { j["radius"] = s.radius, j["length"] = s.length; }},
       data);
   return j;
@@ -61,7 +66,12 @@ double extent(const ShapeData& data) {
     for (const Vec3& p : points) low = low.cwiseMin(p), high = high.cwiseMax(p);
   };
   std::visit(Overloaded{[&](const Convex& s) { cover(s.vertices); }, [&](const Triangle& s) { cover(s.vertices); },
-                        [&](const Mesh& s) { cover(s.vertices); }, [](const auto&) {}},
+                        [&](const Mesh& s) { cover(s.vertices); },
+                        [&](const Voxels& s) {
+                          const Bounds box = Shape(s).bounds({});
+                          cover(std::array{box.lo, box.hi});
+                        },
+                        [](const auto&) {}},
              data);
   return low.x() <= high.x() ? (high - low).maxCoeff() : 0;
 }
@@ -78,6 +88,7 @@ void each_length(Data& data, Take&& take) {
                  [&](Ellipsoid& s) { std::for_each(s.radii.begin(), s.radii.end(), take); },
                  [&](HalfSpace& s) { take(s.offset); }, [&](Plane& s) { take(s.offset); }, [&](Convex& s) { all(s.vertices); },
                  [&](Triangle& s) { all(s.vertices); }, [&](Mesh& s) { all(s.vertices); },
+                 [&](Voxels& s) { take(s.cell_size), std::for_each(s.origin.begin(), s.origin.end(), take); },
                  [&](auto& s) { take(s.radius), take(s.length); }},
       data);
 }
@@ -111,6 +122,8 @@ ShapeData data_of(const Shape& s) {
       return HalfSpace{s.normal(), s.offset()};
     case ShapeKind::plane:
       return Plane{s.normal(), s.offset()};
+    case ShapeKind::voxels:
+      return Voxels{{s.cells().begin(), s.cells().end()}, s.cell_size(), s.origin()};
     case ShapeKind::convex:
       return Convex{hull_of(s).vertices};
     case ShapeKind::triangle: {
@@ -138,6 +151,10 @@ double reach(const ShapeData& data) {
                                [&](const Convex& s) { return farthest(s.vertices); },
                                [&](const Triangle& s) { return farthest(s.vertices); },
                                [&](const Mesh& s) { return farthest(s.vertices); },
+                               [](const Voxels& s) {
+                                 const Bounds b = Shape(s).bounds({});
+                                 return b.lo.cwiseAbs().cwiseMax(b.hi.cwiseAbs()).norm();
+                               },
                                [](const auto& s) { return std::hypot(s.radius, s.length / 2); }},
                     data);
 }

@@ -116,7 +116,7 @@ std::string cutoffs(const Case& c, Random& random) {
 std::string rounded(const Case& c, Random&) {
   PosedPair cores = c.pair;
   cores.a.rounding = cores.b.rounding = 0;
-  const bool has_mesh = c.a.kind() == ShapeKind::mesh || c.b.kind() == ShapeKind::mesh;
+  const bool has_mesh = !c.a.is_convex() || !c.b.is_convex();
   const PairAnswer r = distance(make_shape(cores.a), cores.a.pose, make_shape(cores.b), cores.b.pose);
   if (has_mesh && r.signed_distance <= 0) return {};  // out of a mesh, a ball may take another way than its centre
   const PairAnswer& full = c.answers.distance;
@@ -234,7 +234,7 @@ std::string deepest_contact_separates(const Case& c, Random&) {
 
 std::string witnesses(const Case& c, Random&) {
   const PairAnswer& r = c.answers.distance;
-  const bool has_mesh = c.a.kind() == ShapeKind::mesh || c.b.kind() == ShapeKind::mesh;
+  const bool has_mesh = !c.a.is_convex() || !c.b.is_convex();
   if (r.status != Status::ok || (has_mesh && r.signed_distance <= 0)) return {};
   const double tolerance = surface * c.unit + 4 * world_rounding(c.pair);
   if (const double off = (r.point_b - r.point_a - r.signed_distance * r.normal).norm(); !(off <= tolerance))
@@ -607,6 +607,12 @@ bool holds(const PosedShape& outer, const PosedShape& inner) {
   if (const auto* s = std::get_if<Convex>(&inner.shape)) points = {s->vertices[0]};
   if (const auto* s = std::get_if<Triangle>(&inner.shape)) points = {s->vertices[0]};
   if (const auto* s = std::get_if<Mesh>(&inner.shape)) points = s->vertices;
+  if (const auto* s = std::get_if<Voxels>(&inner.shape)) {
+    points.clear();
+    for (const auto& [corner, level] : s->cells)
+      points.push_back(s->origin + s->cell_size * (Vec3(corner[0], corner[1], corner[2]) +
+                                                   Vec3::Constant(0.5 * static_cast<double>(1 << level))));
+  }
   return std::any_of(points.begin(), points.end(), [&](const Vec3& p) {
     const Vec3 at =
         outer.pose.rotation.transpose() * (inner.pose.rotation * p + (inner.pose.translation - outer.pose.translation));

@@ -72,6 +72,7 @@ double surface_distance(const PosedShape& shape, const Shape& made, const Vec3& 
     double operator()(const Triangle&) const { return asked(shape, made, p); }
     // A point that touches a surface lies on it, however far it is out of there.
     double operator()(const Mesh&) const { return std::max(0.0, asked(shape, made, p)); }
+    double operator()(const Voxels&) const { return std::max(0.0, asked(shape, made, p)); }
   };
   return std::abs(std::visit(Distance{shape, made, p, ring}, shape.shape) - shape.rounding);
 }

@@ -565,6 +565,9 @@ class Shape:
     def triangles(self) -> NDArray[np.uint32]:
         """(n, 3) indices of vertices: of a triangle or mesh; else empty."""
     @property
+    def cells(self) -> NDArray[np.int32]:
+        """(n, 4) i, j, k, level: of voxels, in the order by which contacts name them; else empty."""
+    @property
     def volume(self) -> float:
         """m^3"""
     @property
@@ -575,8 +578,8 @@ class Shape:
         """(3, 3), m^5, about the centre of mass: times the density kg m^2"""
     @property
     def parameters(self) -> NDArray[np.float64]:
-        """(4,), then zeros: radius; half a box's size; radius, length; radii; a half-space's or plane's normal, offset.
-        Of the core of a rounded shape.
+        """(4,), then zeros: radius; half a box's size; radius, length; radii; a half-space's or plane's normal, offset;
+        of voxels the origin and the size of a cell. Of the core of a rounded shape.
         """
     @property
     def is_convex(self) -> bool: ...
@@ -883,6 +886,9 @@ def penetration_depth(
     translations are enough. timeout: s; then the bounds reached by then (incomplete), TimeoutError if there are none.
     """
 
+def occupancy_grid(occupied: ArrayLike, size: float, origin: Optional[ArrayLike] = None) -> Shape:
+    """The same of a dense grid: (nz, ny, nx), what is not 0 is occupied; [0, 0, 0] is the cube that begins at origin."""
+
 def overlapping_boxes(boxes: ArrayLike, *, method: str = "auto") -> NDArray[np.uint32]:
     """(pairs, 2) indices, sorted, of boxes that overlap or touch. boxes: (n, 2, 3), least and largest corner, rounded outward to
     single precision. method: 'brute', 'sweep', 'grid', 'bvh', 'auto'; the answer is the same.
@@ -917,6 +923,11 @@ def read_mesh(
 ) -> Shape:
     """The mesh in a .obj, .stl, .ply, .off, .gltf or .glb file. solid: the inside counts. ValueError 'FILE:LINE: ...' where it
     cannot be used, or with the first edge that does not close. progress, timeout: of what comes after reading, as of Mesh.
+    """
+
+def read_octomap(path: PathLike) -> Shape:
+    """The occupied leaves of an octree in one of octomap's .bt or .ot files, as voxels. ValueError 'FILE: byte N: ...' where it
+    cannot be used.
     """
 
 def read_scene(path: PathLike) -> Scene:
@@ -963,6 +974,9 @@ def triangles_at(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, of: Ans
 def triangles_at(a: Shape, pose_a: PoseLike, b: Shape, pose_b: PoseLike, of: NDArray[np.void]) -> NDArray[np.uint32]:
     """(n, 2): the same of each contact of an array as tandem.contacts gives it."""
 
+def voxel_mesh(cells: ArrayLike, size: float) -> Shape:
+    """The surface of such cubes as a solid mesh: of the faces between a cell and a place without one. cells: (n, 3), -2^20 to 2^20 - 2."""
+
 def voxel_solid(
     vertices: ArrayLike,
     triangles: ArrayLike,
@@ -976,9 +990,10 @@ def voxel_solid(
     most_cells: of the mesh's box; more are refused. timeout: s; then TimeoutError.
     """
 
-def voxels(cells: ArrayLike, size: float) -> Shape:
-    """The solid union of cubes of a grid. cells: (n, 3) whole numbers i, j, k, of the cube from (i, j, k) * size to (i + 1, ...) *
-    size, -2^20 to 2^20 - 2, in any order, doubles allowed. size: m, > 0.
+def voxels(cells: ArrayLike, size: float, origin: Optional[ArrayLike] = None) -> Shape:
+    """The solid union of cubes of a grid, of kind 'voxels'. cells: (n, 3) whole numbers i, j, k, of the cube from origin +
+    (i, j, k) * size to origin + (i + 1, ...) * size, -2^20 to 2^20 - 1, in any order, doubles allowed; or (n, 4) with a level l,
+    0 to 20, of a cube 2^l times as wide whose i, j, k are multiples of that. size: m, > 0. origin: (3,), m.
     """
 
 def write_scene(path: PathLike, scene: Scene) -> None:

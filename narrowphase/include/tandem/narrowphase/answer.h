@@ -17,8 +17,8 @@ std::string_view name(Request request);
 enum class Status : std::uint8_t {
   ok,
   inexact,  ///< the tolerance could not be reached; error_bound gives what was
-  /// Contacts with a mesh with NarrowPhaseOptions::mesh_bounds false: the depth is that of the deepest contact, without
-  /// a bound on its error.
+  /// Contacts with a mesh or voxels with NarrowPhaseOptions::mesh_bounds false: the depth is that of the deepest
+  /// contact, without a bound on its error.
   unproven,
   /// NarrowPhaseOptions::limit was reached first: nothing is known, `collide` is false and error_bound infinite.
   stopped,
@@ -52,6 +52,9 @@ struct PairAnswer {
   /// needed: error_bound (inexact) bounds the difference either way. For pairs farther apart than the margin it may be
   /// the separation along any normal, and the points are not set; for two separated meshes a lower bound on the
   /// distance, 0 if none is known, and there may be no normal.
+  ///
+  /// With voxels the same holds as with a mesh: the depth of the deepest cell is the lower bound, and the translation
+  /// is searched along the normal of that cell and along the axes of the grid.
   double signed_distance = 0;
   Vec3 point_a = Vec3::Zero();  ///< on A, world
   Vec3 point_b = Vec3::Zero();  ///< on B, world

@@ -30,7 +30,7 @@ struct FirstTouch {
   double t = 0;                           ///< [0, 1]; 0 if they overlap or touch at the start
   Vec3 point = Vec3::Zero();              ///< midway between the surfaces at that time, world
   Vec3 normal = Vec3::Zero();             ///< unit, world, from A to B
-  std::array<std::uint32_t, 2> feature{}; ///< of A and of B: the triangle of a mesh, else 0
+  std::array<std::uint32_t, 2> feature{}; ///< of A and of B: the triangle of a mesh, cell of voxels, else 0
 };
 
 }  // namespace tandem

@@ -32,16 +32,30 @@ struct Mesh {
   bool solid = false;
 };
 
-enum class ShapeKind : std::uint8_t {
-  sphere, box, capsule, cylinder, cone, ellipsoid, halfspace, convex, triangle, mesh, plane
+/// A cube of a grid, 2^level of the smallest cells wide: from `corner` to corner + 2^level along each axis, in cells.
+struct VoxelCell {
+  std::array<std::int32_t, 3> corner{};  ///< multiples of 2^level; all of the cube from -2^20 to 2^20
+  std::uint8_t level = 0;                ///< <= 20; 0: a smallest cell
+  bool operator==(const VoxelCell&) const = default;
 };
-inline constexpr std::size_t shape_kinds = 11;
+/// The union of closed cubes of a grid, solid: the occupied cells of an octree or an occupancy grid.
+struct Voxels {
+  std::vector<VoxelCell> cells;   ///< 1 to 2^26, in any order; duplicates, and cells within others, count once
+  double cell_size = 0;           ///< edge of a smallest cell, > 0, at least 1e-9 of the origin's coordinates
+  Vec3 origin = Vec3::Zero();     ///< the corner (0, 0, 0) of the grid in the shape's frame
+};
+
+enum class ShapeKind : std::uint8_t {
+  sphere, box, capsule, cylinder, cone, ellipsoid, halfspace, convex, triangle, mesh, plane, voxels
+};
+inline constexpr std::size_t shape_kinds = 12;
 
 std::string_view name(ShapeKind kind);
 
 namespace detail {
 struct Hull;
 struct MeshModel;
+struct VoxelModel;
 struct ShapeInsides;
 struct SharedParts;
 }  // namespace detail
@@ -62,7 +76,7 @@ struct MassProperties {
 
 /// Heap memory of a shape in bytes; copies share it.
 struct ShapeMemory {
-  std::size_t surface = 0;    ///< a mesh's vertices and triangles
+  std::size_t surface = 0;    ///< a mesh's vertices and triangles, or cells
   std::size_t adjacency = 0;  ///< which triangles are neighbours, which vertices coincide
   std::size_t hierarchy = 0;  ///< boxes, and the corners in single precision
   std::size_t hull = 0;       ///< of a convex or triangle; for a mesh 0 until a query has needed it
@@ -89,6 +103,9 @@ class Shape {
   Shape(Mesh, const PartRunner& parts);  ///< the same, with the work distributed by `parts`
   /// Builds a hierarchy of boxes with these options; throws WorkStopped if the limit ended it.
   Shape(Mesh, const BuildOptions& options);
+  /// Sorts the cells and builds a hierarchy of boxes: some 20 bytes a cell. Eight cells that fill one twice as wide
+  /// become that one: of one set of points there is one shape, however it was cut into cells.
+  explicit Shape(const Voxels&);
 
   /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a
   /// thick triangle. A sphere, capsule or half-space becomes one of the same kind; for others the mass stays the
@@ -97,7 +114,7 @@ class Shape {
   double rounding() const { return rounding_; }  ///< metres; other parameters are the core's
 
   ShapeKind kind() const { return kind_; }
-  bool is_convex() const { return kind_ != ShapeKind::mesh; }
+  bool is_convex() const { return kind_ != ShapeKind::mesh && kind_ != ShapeKind::voxels; }
   bool is_bounded() const { return kind_ != ShapeKind::halfspace && kind_ != ShapeKind::plane; }
 
   /// Parameters; each is defined for the kinds that have it, see the structs above.
@@ -108,6 +125,10 @@ class Shape {
   Vec3 radii() const { return {param_[0], param_[1], param_[2]}; }      ///< ellipsoid
   Vec3 normal() const { return {param_[0], param_[1], param_[2]}; }     ///< halfspace and plane, unit
   double offset() const { return param_[3]; }                           ///< halfspace, plane
+  Vec3 origin() const { return {param_[0], param_[1], param_[2]}; }     ///< voxels
+  double cell_size() const { return param_[3]; }                        ///< voxels
+  /// Voxels: the cells in the order by which contacts name them, that of an octree's leaves (Morton's); else empty.
+  std::span<const VoxelCell> cells() const;
   /// Convex: the corners of the hull, in the order given; triangle, mesh: as given; else empty.
   std::span<const Vec3> vertices() const;
   /// Triangle, mesh: corners as indices of vertices, else empty. Connected triangles of a mesh are oriented alike,

@@ -3,43 +3,34 @@
 #if FCL_HAVE_OCTOMAP
 #include <fcl/geometry/octree/octree.h>
 
-#include <array>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <limits>
 #include <optional>
-#include <stdexcept>
-#include <string>
-#include <vector>
 
-#include "tandem/narrowphase/shape_makers.h"
+#include "tandem/narrowphase/shape.h"
 
 namespace tandem::fcl {
 
-/// The occupied cells of an octree, such as one read from a file of octomap's, as one solid (tandem::voxels) in cells
-/// as small as the smallest of them. Empty where none is occupied. Throws std::invalid_argument for more than 2^24
-/// cells.
+/// The occupied leaves of an octree, such as one read from a file of octomap's, as voxels whose smallest cells are the
+/// smallest of them. Empty where none is occupied. Throws std::invalid_argument as Shape(Voxels) does.
 template <class S>
 std::optional<Shape> to_voxels(const ::fcl::OcTree<S>& octree) {
-  constexpr std::size_t most = std::size_t{1} << 24;
   const auto boxes = octree.toBoxes();  // centre, size
   if (boxes.empty()) return std::nullopt;
-  double size = std::numeric_limits<double>::infinity(), count = 0;
-  for (const auto& box : boxes) size = std::min(size, double{box[3]});
-  for (const auto& box : boxes) count += std::pow(std::round(box[3] / size), 3);
-  if (count > static_cast<double>(most))
-    throw std::invalid_argument("octree: the number of cells is " + std::to_string(count) +
-                                ", allowed: <= " + std::to_string(most));
-  std::vector<std::array<std::int32_t, 3>> cells;
+  Voxels voxels;
+  voxels.cell_size = std::numeric_limits<double>::infinity();
+  for (const auto& box : boxes) voxels.cell_size = std::min(voxels.cell_size, double{box[3]});
+  voxels.cells.reserve(boxes.size());
   for (const auto& box : boxes) {
-    const auto edge = static_cast<std::int32_t>(std::lround(box[3] / size));
-    const auto first = [&](std::size_t k) {
-      return static_cast<std::int32_t>(std::lround((box[k] - box[3] / 2) / size));
-    };
-    for (std::int32_t i = 0; i < edge * edge * edge; ++i)
-      cells.push_back({first(0) + i % edge, first(1) + i / edge % edge, first(2) + i / edge / edge});
+    VoxelCell cell;
+    for (std::size_t k = 0; k < 3; ++k)
+      cell.corner[k] = static_cast<std::int32_t>(std::lround((box[k] - box[3] / 2) / voxels.cell_size));
+    cell.level = static_cast<std::uint8_t>(std::lround(std::log2(box[3] / voxels.cell_size)));
+    voxels.cells.push_back(cell);
   }
-  return voxels(cells, size);
+  return Shape(voxels);
 }
 
 }  // namespace tandem::fcl

@@ -1,0 +1,35 @@
+// How near voxels come to another shape, by boxes.
+#pragma once
+#include "shapes/posed_mesh.h"
+#include "shapes/shape_insides.h"
+#include "tandem/narrowphase/options.h"
+
+namespace tandem {
+
+/// Lower bounds on the signed distance of the other shape and a cell, or any cell of a node: by the other's box in the
+/// grid's frame and in its own, of a half-space or plane by its normal.
+class VoxelGap {
+ public:
+  VoxelGap(const Shape& voxels, const Pose& pose, const Shape& other, const Pose& other_pose, const WorkLimit* limit);
+
+  /// Less than 0: no cell is deeper. A bound greater than `enough` is not improved.
+  double operator()(VoxelRef ref, double enough) const { return is_bounded_ ? of_boxes(ref, enough) : of_plane(ref); }
+
+  /// By what places are rounded at most, metres.
+  double slack() const { return slack_; }
+
+ private:
+  double of_boxes(VoxelRef ref, double enough) const;
+  double of_plane(VoxelRef ref) const;
+
+  const VoxelModel& model_;
+  const bool is_bounded_, is_plane_;
+  Vec3 mid_, half_;          // the other's box in the grid's frame; of a half-space mid_ is its normal
+  Mat3 axes_;                // the other's, as columns, in the grid's frame
+  Vec3 own_mid_, own_half_;  // its box along them
+  double offset_ = 0;        // of a half-space or plane, in the grid's frame
+  double slack_;
+  double wider_;             // by that, and the rounding of the voxels and of a plane
+};
+
+}  // namespace tandem

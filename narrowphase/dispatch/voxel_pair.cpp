@@ -1,0 +1,370 @@
+// Voxels and another shape: the requests.
+#include "dispatch/voxel_pair.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory_resource>
+#include <queue>
+#include <span>
+#include <utility>
+
+#include "dispatch/voxel_gap.h"
+#include "manifold/patch_collector.h"
+#include "meshes/mesh_solvers.h"
+#include "shapes/lent_memory.h"
+#include "shapes/pair_order.h"
+#include "shapes/shape_insides.h"
+#include "shapes/work_meter.h"
+#include "tandem/narrowphase/clearance.h"
+#include "tolerances.h"
+
+namespace tandem {
+namespace {
+
+/// What the cells' answers say: the least distance, and how deep the other shape is at least.
+struct CellsFound {
+  PairAnswer nearest;
+  double certain = 0;  ///< no shorter translation separates
+
+  CellsFound() { nearest.signed_distance = infinity; }
+  void take(const PairAnswer& answer) {
+    if (answer.status != Status::unproven) certain = std::max(certain, -answer.signed_distance - answer.error_bound);
+    if (answer.signed_distance < nearest.signed_distance) nearest = answer;
+  }
+};
+
+/// Voxels (A) and another shape, in world axes about the voxels' origin.
+class VoxelPair {
+ public:
+  VoxelPair(const Shape& voxels, const Pose& pose, const Shape& other, const Pose& other_pose,
+            const NarrowPhaseOptions& options)
+      : voxels_(voxels),
+        model_(voxels_of(voxels)),
+        pose_(pose),
+        other_(other),
+        other_pose_(other_pose),
+        options_(options),
+        gap_(voxels, pose, other, other_pose, options.limit),
+        meter_(options.limit) {
+    if (voxels.rounding() > 0)
+      for (const Shape& box : model_.boxes) rounded_boxes_.push_back(box.rounded(voxels.rounding()));
+  }
+
+  bool collide() {
+    return !model_.each_cell(
+        [&](VoxelRef ref) { return is_near(ref, 0); },
+        [&](VoxelRef cell) { return !solve_cell(cell, Request::collide, options_, nullptr).collide; });
+  }
+
+  /// The least distance of a cell; of those farther than the cut-off none need be found.
+  CellsFound nearest(double cutoff);
+
+  /// Gathers what each cell tells: visit(cell, contacts); those of places that other cells cover are left out.
+  template <class Visit>
+  CellsFound each_contact(Visit&& visit);
+
+  PairAnswer distance() {
+    const CellsFound found = nearest(options_.cutoff);
+    const bool is_apart = found.nearest.farther || found.nearest.signed_distance > 0;
+    return is_apart ? found.nearest : depth(found);
+  }
+  PairAnswer contacts(std::vector<Contact>& out);
+
+ private:
+  /// Whether a cell, or one of a node, may be within; the other's own hierarchy is asked where its box says little.
+  bool is_near(VoxelRef ref, double within) {
+    meter_.spend();
+    if (!(gap_(ref, within) <= within)) return false;
+    if (other_.is_convex() || model_.is_cell(ref) || within == infinity) return true;
+    const auto [mid, half] = model_.box(ref);
+    const Shape box = Shape(Box{2 * (half + Vec3::Constant(gap_.slack()))}).rounded(voxels_.rounding());
+    // The yes/no first: a distance of what overlaps is a depth.
+    const bool touches = solve_pair(box, at(mid), other_, other_pose_, Request::collide, options_, nullptr).collide;
+    if (touches || within == 0) return touches;
+    NarrowPhaseOptions options = for_triangles(options_);
+    options.cutoff = within;
+    return !solve_pair(box, at(mid), other_, other_pose_, Request::distance, options, nullptr).farther;
+  }
+
+  Pose at(const Vec3& local) const { return {pose_.rotation, pose_ * local}; }
+
+  PairAnswer solve_cell(VoxelRef cell, Request request, const NarrowPhaseOptions& options,
+                        std::vector<Contact>* contacts);
+  bool is_covered(VoxelRef cell, const Contact& contact) const;
+  PairAnswer depth(const CellsFound& found) const;
+  PairAnswer depth_of_sides(double certain) const;
+  bool separates(const Vec3& translation) const;
+  double slack() const { return tolerance::translation_slack * (voxels_.size() + other_.size()); }
+
+  const Shape& voxels_;
+  const VoxelModel& model_;
+  const Pose pose_;
+  const Shape& other_;
+  const Pose other_pose_;
+  const NarrowPhaseOptions& options_;
+  const VoxelGap gap_;
+  WorkMeter meter_;
+  std::vector<Shape> rounded_boxes_;  // by level, of voxels with rounding
+  std::vector<Contact> of_cell_;
+};
+
+PairAnswer VoxelPair::solve_cell(VoxelRef cell, Request request, const NarrowPhaseOptions& options,
+                                 std::vector<Contact>* contacts) {
+  meter_.spend(4);
+  const Shape& box = rounded_boxes_.empty() ? model_.box_of(cell) : rounded_boxes_[model_.cells[cell].level];
+  const Pose pose = at(model_.centre(cell));
+  if (other_.kind() != ShapeKind::voxels) return solve_pair(box, pose, other_, other_pose_, request, options, contacts);
+  VoxelPair cells(other_, other_pose_, box, pose, options);
+  PairAnswer answer;
+  if (request == Request::collide) {
+    answer.collide = cells.collide();
+    return answer;
+  }
+  if (request == Request::distance) {
+    answer = cells.nearest(options.cutoff).nearest;
+  } else {
+    answer = cells
+                 .each_contact([&](VoxelRef, std::span<const Contact> found) {
+                   contacts->insert(contacts->end(), found.begin(), found.end());
+                 })
+                 .nearest;
+  }
+  swap_answer(answer, contacts, 0);
+  return answer;
+}
+
+CellsFound VoxelPair::nearest(double cutoff) {
+  struct Waiting {
+    double bound;
+    VoxelRef ref;
+    bool operator<(const Waiting& o) const { return bound != o.bound ? bound > o.bound : ref > o.ref; }
+  };
+  alignas(Waiting) std::array<std::byte, 128 * sizeof(Waiting)> usual;
+  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size(), lent_memory(options_));
+  std::pmr::vector<Waiting> list(&memory);
+  list.reserve(128);
+  std::priority_queue<Waiting, std::pmr::vector<Waiting>> queue(std::less<Waiting>(), std::move(list));
+  CellsFound found;
+  NarrowPhaseOptions of_cell = for_triangles(options_);
+  of_cell.cutoff = infinity;
+  const auto wanted = [&] { return std::min(cutoff, std::max(0.0, found.nearest.signed_distance)); };
+  const auto push = [&](VoxelRef ref) {
+    meter_.spend();
+    const double enough = std::min(cutoff, found.nearest.signed_distance);
+    if (const double bound = gap_(ref, enough); bound <= cutoff && bound < found.nearest.signed_distance)
+      queue.push({bound, ref});
+  };
+  push(model_.root());
+  while (!queue.empty() && queue.top().bound < found.nearest.signed_distance) {
+    const VoxelRef ref = queue.top().ref;
+    queue.pop();
+    if (model_.is_cell(ref)) {
+      if (!other_.is_convex()) of_cell.cutoff = wanted();
+      const PairAnswer answer = solve_cell(ref, Request::distance, of_cell, nullptr);
+      if (!answer.farther && answer.signed_distance <= cutoff) found.take(answer);
+    } else if (other_.is_convex() || is_near(ref, wanted())) {
+      const VoxelModel::Node& node = model_.node(ref);
+      for (std::uint32_t k = 0; k < node.count; ++k) push(node.first + k);
+    }
+  }
+  if (found.nearest.signed_distance > cutoff) {
+    found.nearest = {};
+    found.nearest.farther = true;
+    found.nearest.signed_distance = cutoff;
+  }
+  return found;
+}
+
+/// Does another cell lie on the contact's place on this one, on the side to which it pushes?
+bool VoxelPair::is_covered(VoxelRef cell, const Contact& contact) const {
+  const Vec3 on_surface = contact.point + (contact.depth / 2 - voxels_.rounding()) * contact.normal;
+  const Vec3 local = pose_.rotation.transpose() * (on_surface - pose_.translation);
+  const Vec3 normal = pose_.rotation.transpose() * contact.normal;
+  const auto [lo, hi] = model_.span_of(cell);
+  std::array<std::int64_t, 3> inside, beyond;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto axis = static_cast<Eigen::Index>(k);
+    const double place = (local[axis] - model_.origin[axis]) / model_.cell_size;
+    inside[k] = std::clamp(static_cast<std::int64_t>(std::floor(std::clamp<double>(place, lo[k], hi[k]))),
+                           std::int64_t{lo[k]}, std::int64_t{hi[k]} - 1);
+    const bool above = normal[axis] > tolerance::on_cell && place > hi[k] - tolerance::on_cell,
+               below = normal[axis] < -tolerance::on_cell && place < lo[k] + tolerance::on_cell;
+    beyond[k] = above ? hi[k] : below ? lo[k] - 1 : inside[k];
+  }
+  // On an edge or in a corner the cell beyond any of its faces covers it.
+  for (unsigned axes = 1; axes < 8; ++axes) {
+    std::array<std::int64_t, 3> at = inside;
+    for (std::size_t k = 0; k < 3; ++k)
+      if ((axes >> k & 1u) != 0) at[k] = beyond[k];
+    if (at != inside && model_.has(at)) return true;
+  }
+  return false;
+}
+
+template <class Visit>
+CellsFound VoxelPair::each_contact(Visit&& visit) {
+  CellsFound found;
+  const NarrowPhaseOptions of_cell = for_triangles(options_);
+  model_.each_cell([&](VoxelRef ref) { return is_near(ref, options_.margin); },
+                   [&](VoxelRef cell) {
+                     of_cell_.clear();
+                     const PairAnswer answer = solve_cell(cell, Request::contacts, of_cell, &of_cell_);
+                     if (of_cell_.empty()) return true;
+                     found.take(answer);
+                     std::erase_if(of_cell_, [&](const Contact& c) { return is_covered(cell, c); });
+                     if (!of_cell_.empty()) visit(cell, std::span<const Contact>(of_cell_));
+                     return true;
+                   });
+  return found;
+}
+
+bool VoxelPair::separates(const Vec3& translation) const {
+  const Pose moved{other_pose_.rotation, other_pose_.translation + translation};
+  return !VoxelPair(voxels_, pose_, other_, moved, options_).collide();
+}
+
+/// A plane comes out on one side of all cells or the other.
+PairAnswer VoxelPair::depth_of_sides(double certain) const {
+  PairAnswer best;
+  best.signed_distance = -infinity;
+  for (const double sense : {1.0, -1.0}) {
+    const Shape side = HalfSpace{sense * other_.normal(), sense * other_.offset() + other_.rounding()};
+    const PairAnswer out = VoxelPair(voxels_, pose_, side, other_pose_, options_).nearest(infinity).nearest;
+    if (out.signed_distance > best.signed_distance) best = out;
+  }
+  const double off = -best.signed_distance - certain;
+  if (off > slack()) best.status = Status::inexact, best.error_bound = off;
+  return best;
+}
+
+/// A translation that separates from all cells: along the normal of the deepest, then the axes of the grid.
+PairAnswer VoxelPair::depth(const CellsFound& found) const {
+  const PairAnswer& deepest = found.nearest;
+  if (other_.kind() == ShapeKind::halfspace) return deepest;
+  if (other_.kind() == ShapeKind::plane) return depth_of_sides(found.certain);
+  NarrowPhaseOptions options;
+  options.limit = options_.limit;
+  double shortest = infinity;
+  Vec3 along = deepest.normal;
+  const auto attempt = [&](const Vec3& direction) {
+    if (shortest <= found.certain + slack() || !(direction.squaredNorm() > 0)) return;
+    const double out = separation_along(voxels_, pose_, other_, other_pose_, direction, options);
+    if (out < shortest) shortest = out, along = direction;
+  };
+  attempt(deepest.normal);
+  if (shortest <= -deepest.signed_distance + slack()) {
+    PairAnswer answer = deepest;
+    const double off = -deepest.signed_distance - found.certain;
+    answer.error_bound = off > slack() ? off : 0;
+    answer.status = off > slack() ? Status::inexact : Status::ok;
+    return answer;
+  }
+  for (int k = 0; k < 3; ++k)
+    for (const double sense : {1.0, -1.0}) attempt(sense * pose_.rotation.col(k).normalized());
+  PairAnswer answer;
+  answer.collide = true;
+  answer.signed_distance = -shortest;
+  answer.normal = along;
+  // Where they are last to separate: on the voxels there, and the same point of the other where it is now.
+  const Pose out{other_pose_.rotation, other_pose_.translation + shortest * along};
+  answer.point_a = VoxelPair(voxels_, pose_, other_, out, options).nearest(infinity).nearest.point_a;
+  answer.point_b = answer.point_a - shortest * along;
+  answer.error_bound = shortest - found.certain;
+  if (answer.error_bound <= slack())
+    answer.error_bound = 0;
+  else
+    answer.status = Status::inexact;
+  return answer;
+}
+
+PairAnswer VoxelPair::contacts(std::vector<Contact>& out) {
+  const std::size_t first = out.size();
+  PatchCollector all(voxels_.size() + other_.size(), options_);
+  const CellsFound found = each_contact([&](VoxelRef cell, std::span<const Contact> list) { all.add(cell, list); });
+  if (found.nearest.signed_distance == infinity) return {};
+  const bool is_solid = other_.is_bounded() && other_.is_convex();
+  all.finish(is_solid ? Vec3(other_pose_ * other_.mass().centre) : Vec3(Vec3::Zero()), is_solid, out);
+  const bool collide = found.nearest.collide;
+  if (!collide) {
+    if (out.size() == first) out.push_back(contact_of(found.nearest));
+    PairAnswer answer = from_deepest(out, first);
+    answer.collide = false;
+    answer.status = found.nearest.status;
+    answer.error_bound = found.nearest.error_bound;
+    return answer;
+  }
+  PairAnswer answer = from_deepest(out, first);
+  const bool has_deepest = out.size() > first && -answer.signed_distance >= found.certain - slack();
+  const bool is_free =
+      has_deepest && options_.mesh_bounds && separates((slack() - answer.signed_distance) * answer.normal);
+  PairAnswer whole;
+  if (!options_.mesh_bounds) {
+    if (!has_deepest) whole = found.nearest;
+  } else if (!is_free) {
+    whole = depth(found);
+  }
+  if (!has_deepest) out.insert(out.begin() + static_cast<std::ptrdiff_t>(first), contact_of(whole));
+  answer = from_deepest(out, first);
+  answer.collide = true;
+  if (!options_.mesh_bounds) {
+    answer.status = Status::unproven;
+    return answer;
+  }
+  const double length = -answer.signed_distance,
+               off = std::max(length - found.certain, is_free ? 0.0 : -whole.signed_distance - length);
+  // A contact as deep as what separates need not separate itself.
+  if (off > slack() || (has_deepest && !is_free))
+    answer.status = Status::inexact, answer.error_bound = std::max(off, slack());
+  return answer;
+}
+
+/// Voxels go first, of two those with more cells.
+bool goes_second(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
+  if (b.kind() != ShapeKind::voxels) return false;
+  if (a.kind() != ShapeKind::voxels) return true;
+  const auto p = a.cells(), q = b.cells();
+  if (p.size() != q.size()) return p.size() < q.size();
+  if (a.parameters() != b.parameters()) return a.parameters() < b.parameters();
+  if (a.rounding() != b.rounding()) return a.rounding() < b.rounding();
+  if (p.data() != q.data()) {
+    const auto as_numbers = [](const VoxelCell& c) {
+      return std::array<std::int64_t, 4>{c.corner[0], c.corner[1], c.corner[2], c.level};
+    };
+    const auto [i, j] = std::mismatch(p.begin(), p.end(), q.begin());
+    if (i != p.end()) return as_numbers(*i) < as_numbers(*j);
+  }
+  return reversed(0, pose_a, pose_b);
+}
+
+}  // namespace
+
+PairAnswer solve_voxels(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
+                        const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
+  if (goes_second(a, pose_a, b, pose_b)) {
+    const std::size_t begin = contacts != nullptr ? contacts->size() : 0;
+    PairAnswer answer = solve_voxels(b, pose_b, a, pose_a, request, options, contacts);
+    swap_answer(answer, contacts, begin);
+    return answer;
+  }
+  // A solver that was named is one for voxels, or the verdict of a cell would be another's than its distance.
+  if (!options.solver.empty()) return solve_voxels(a, pose_a, b, pose_b, request, for_triangles(options), contacts);
+  // Seen from the voxels' translation: far out, places of cells would be rounded.
+  const Vec3& origin = pose_a.translation;
+  VoxelPair pair(a, {pose_a.rotation, Vec3::Zero()}, b, {pose_b.rotation, pose_b.translation - origin}, options);
+  PairAnswer answer;
+  if (request == Request::collide) {
+    answer.collide = pair.collide();
+    return answer;
+  }
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+  answer = request == Request::distance ? pair.distance() : pair.contacts(*contacts);
+  if (answer.farther) return answer;
+  answer.point_a += origin;
+  answer.point_b += origin;
+  if (request == Request::contacts)
+    for (Contact& c : std::span(*contacts).subspan(first)) c.point += origin;
+  return answer;
+}
+
+}  // namespace tandem

@@ -1,0 +1,381 @@
+// Voxels: every request against all cells as boxes, one by one.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "catch.h"
+#include "mesh_samples.h"
+#include "random_pairs.h"
+#include "tandem/narrowphase/motion.h"
+#include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/penetration.h"
+#include "tandem/narrowphase/shape_makers.h"
+
+using namespace tandem;
+using namespace tandem::test;
+
+namespace {
+
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+/// A cell of the shape as a box, and where it stands.
+struct CellBox {
+  Shape box = Sphere{0};
+  Pose pose;
+};
+
+std::vector<CellBox> boxes_of(const Shape& voxels, const Pose& pose) {
+  std::vector<CellBox> boxes;
+  for (const VoxelCell& cell : voxels.cells()) {
+    const double edge = voxels.cell_size() * (1 << cell.level);
+    const Vec3 corner = voxels.origin() + voxels.cell_size() * Vec3(cell.corner[0], cell.corner[1], cell.corner[2]);
+    const Shape box = Box{Vec3::Constant(edge)};
+    boxes.push_back({voxels.rounding() > 0 ? box.rounded(voxels.rounding()) : box,
+                     {pose.rotation, pose * Vec3(corner + Vec3::Constant(edge / 2))}});
+  }
+  return boxes;
+}
+
+/// A few large clusters of small cells with larger ones among them.
+Shape random_voxels(Random& r, int count) {
+  Voxels v;
+  v.cell_size = r.in(0.03, 0.2);
+  v.origin = r.vec(-1, 1);
+  for (int i = 0; i < count; ++i) {
+    const auto level = static_cast<std::uint8_t>(i % 7 == 0 ? 2 : i % 3 == 0 ? 1 : 0);
+    const auto place = [&] { return (static_cast<std::int32_t>(std::floor(r.in(-8, 8))) >> level) << level; };
+    v.cells.push_back({{place(), place(), place()}, level});
+  }
+  return Shape(v);
+}
+
+/// The least signed distance of any cell; more than one may be that.
+double brute_distance(const std::vector<CellBox>& cells, const Shape& other, const Pose& pose) {
+  const NarrowPhase n;
+  double least = infinite;
+  for (const CellBox& cell : cells)
+    least = std::min(least, n.solve(cell.box, cell.pose, other, pose, Request::distance).signed_distance);
+  return least;
+}
+/// How deep the deepest is at least.
+double brute_depth(const std::vector<CellBox>& cells, const Shape& other, const Pose& pose) {
+  const NarrowPhase n;
+  double most = 0;
+  for (const CellBox& cell : cells) {
+    const PairAnswer answer = n.solve(cell.box, cell.pose, other, pose, Request::distance);
+    most = std::max(most, -answer.signed_distance - answer.error_bound);
+  }
+  return most;
+}
+
+Pose moved(Pose pose, const Vec3& by) {
+  pose.translation += by;
+  return pose;
+}
+
+}  // namespace
+
+TEST_CASE("voxels with every kind: verdict, distance, depth and cut-off are those of all cells") {
+  Random r(401);
+  const NarrowPhase n;
+  for (std::size_t k = 0; k < shape_kinds; ++k) {
+    int hits = 0, misses = 0, proven = 0;
+    for (int i = 0; i < 60; ++i) {
+      Shape voxels = random_voxels(r, 1 + i), other = random_shape(static_cast<ShapeKind>(k), r);
+      if (i % 5 == 4) voxels = voxels.rounded(0.05);
+      if (i % 7 == 6) other = other.rounded(0.08);
+      const Pose at = random_pose(r, 0.5), pose = random_pose(r, i % 2 == 0 ? 0.7 : 2);
+      CAPTURE(name(other.kind()), i);
+      const auto cells = boxes_of(voxels, at);
+      const double least = brute_distance(cells, other, pose);
+      const PairAnswer answer = n.solve(voxels, at, other, pose, Request::distance);
+      REQUIRE(answer.collide == (least <= 0));
+      CHECK(n.solve(voxels, at, other, pose, Request::collide).collide == answer.collide);
+      CHECK(n.solve(other, pose, voxels, at, Request::collide).collide == answer.collide);
+      CHECK(std::abs(answer.normal.norm() - 1) < 1e-9);
+      const PairAnswer back = n.solve(other, pose, voxels, at, Request::distance);
+      CHECK(back.signed_distance == answer.signed_distance);
+      CHECK(back.point_a == answer.point_b);
+      CHECK(back.normal == Vec3(-answer.normal));
+      (answer.collide ? hits : misses) += 1;
+      if (least > 0) {
+        CHECK(std::abs(answer.signed_distance - least) < 1e-12);
+        CHECK((answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm() < 1e-7);
+      } else {
+        const double certain = brute_depth(cells, other, pose);
+        CHECK(-answer.signed_distance >= certain - 1e-11);
+        CHECK(-answer.signed_distance - answer.error_bound <= certain + 1e-11);
+        CHECK((answer.status == Status::ok) == (answer.error_bound == 0));
+        proven += answer.status == Status::ok;
+        const Pose out = moved(pose, (1e-9 - answer.signed_distance) * answer.normal);
+        CHECK_FALSE(n.solve(voxels, at, other, out, Request::collide).collide);
+      }
+      for (const double cutoff : {0.0, 0.7 * std::max(least, 0.0), 1.5 * std::max(least, 0.0) + 0.1}) {
+        const PairAnswer within = n.distance_within(voxels, at, other, pose, cutoff);
+        REQUIRE(within.farther == (answer.signed_distance > cutoff));
+        if (!within.farther) CHECK(within.signed_distance == answer.signed_distance);
+        if (!within.farther) CHECK(within.point_a == answer.point_a);
+      }
+    }
+    CAPTURE(name(static_cast<ShapeKind>(k)));
+    CHECK(hits > 5);
+    CHECK(misses > 5);
+    CHECK(proven > 0);
+  }
+}
+
+TEST_CASE("voxels with every kind: contacts within the margin are there, as deep as cells, on surfaces") {
+  Random r(402);
+  for (const double margin : {0.0, 0.15}) {
+    NarrowPhaseOptions options;
+    options.margin = margin;
+    const NarrowPhase n(options);
+    for (std::size_t k = 0; k < shape_kinds; ++k) {
+      int found = 0;
+      for (int i = 0; i < 40; ++i) {
+        Shape voxels = random_voxels(r, 1 + i), other = random_shape(static_cast<ShapeKind>(k), r);
+        if (i % 5 == 4) voxels = voxels.rounded(0.05);
+        const Pose at = random_pose(r, 0.5), pose = random_pose(r, i % 2 == 0 ? 0.7 : 1.5);
+        CAPTURE(name(other.kind()), i, margin);
+        const PairAnswer whole = n.solve(voxels, at, other, pose, Request::distance);
+        std::vector<Contact> contacts, exchanged;
+        const PairAnswer answer = n.solve(voxels, at, other, pose, Request::contacts, &contacts);
+        CHECK(answer.collide == whole.collide);
+        if (std::abs(whole.signed_distance - margin) < 1e-9) continue;
+        REQUIRE(contacts.empty() == (whole.signed_distance > margin));
+        if (contacts.empty()) continue;
+        ++found;
+        double deepest = -infinite;
+        for (const Contact& c : contacts) deepest = std::max(deepest, c.depth);
+        CHECK(std::abs(deepest + answer.signed_distance) < 1e-12);
+        // No deeper than what separates, and what the bound says is kept.
+        CHECK(deepest <= -whole.signed_distance + 1e-11);
+        CHECK(deepest + answer.error_bound >= -whole.signed_distance - whole.error_bound - 1e-11);
+        if (!whole.collide) CHECK(std::abs(deepest + whole.signed_distance) < 1e-11);
+        for (std::size_t c = 1; c < contacts.size(); ++c) CHECK(contacts[c - 1].feature <= contacts[c].feature);
+        const PairAnswer back = n.solve(other, pose, voxels, at, Request::contacts, &exchanged);
+        CHECK(back.signed_distance == answer.signed_distance);
+        REQUIRE(exchanged.size() == contacts.size());
+        for (std::size_t c = 0; c < contacts.size(); ++c) CHECK(exchanged[c].point == contacts[c].point);
+        if (answer.status == Status::ok && whole.collide) {
+          const Pose out = moved(pose, (1e-9 - answer.signed_distance) * answer.normal);
+          CHECK_FALSE(n.solve(voxels, at, other, out, Request::collide).collide);
+        }
+      }
+      CAPTURE(name(static_cast<ShapeKind>(k)));
+      CHECK(found > 5);
+    }
+  }
+}
+
+TEST_CASE("voxels: the first touch is that of the cell which is met first, straight and turning") {
+  Random r(403);
+  const NarrowPhase n;
+  int met = 0, missed = 0;
+  for (std::size_t k = 0; k < shape_kinds; ++k)
+    for (int i = 0; i < 12; ++i) {
+      Shape voxels = random_voxels(r, 1 + 2 * i);
+      if (i % 4 == 3) voxels = voxels.rounded(0.05);
+      const Shape other = random_shape(static_cast<ShapeKind>(k), r);
+      const Pose at = random_pose(r, 0.5), from = random_pose(r, 3), to = random_pose(r, 3);
+      const auto cells = boxes_of(voxels, at);
+      CAPTURE(name(other.kind()), i);
+      const Vec3 velocity = r.in(-1, 1) * from.translation + r.vec(-1, 1);
+      double first = infinite;
+      for (const CellBox& cell : cells)
+        if (const auto t = n.time_of_impact(cell.box, cell.pose, Vec3::Zero(), other, from, velocity, 2))
+          first = std::min(first, *t);
+      const auto t = n.time_of_impact(voxels, at, Vec3::Zero(), other, from, velocity, 2);
+      const auto back = n.time_of_impact(other, from, velocity, voxels, at, Vec3::Zero(), 2);
+      REQUIRE(t.has_value() == (first < infinite));
+      REQUIRE(back.has_value() == t.has_value());
+      if (t) CHECK(std::abs(*t - first) < 1e-9);
+      if (t) CHECK(std::abs(*back - first) < 1e-9);
+      (t ? met : missed) += 1;
+      double turning = infinite;
+      const Motion motion{from, to};
+      for (const CellBox& cell : cells)
+        if (const auto touch = n.time_of_impact(cell.box, Motion{cell.pose, cell.pose}, other, motion))
+          turning = std::min(turning, touch->t);
+      const auto touch = n.time_of_impact(voxels, Motion{at, at}, other, motion);
+      REQUIRE(touch.has_value() == (turning < infinite));
+      if (touch) CHECK(std::abs(touch->t - turning) < 1e-6);
+    }
+  CHECK(met > 20);
+  CHECK(missed > 20);
+}
+
+TEST_CASE("voxels: one set of points is one shape, however it is cut into cells") {
+  Random r(404);
+  for (int i = 0; i < 30; ++i) {
+    const Shape whole = random_voxels(r, 40);
+    Voxels cut{{}, whole.cell_size(), whole.origin()};
+    double cubes = 0;
+    for (const VoxelCell& cell : whole.cells()) {
+      const std::int32_t edge = 1 << cell.level;
+      for (std::int32_t at = 0; at < edge * edge * edge; ++at, ++cubes)
+        cut.cells.push_back(
+            {{cell.corner[0] + at % edge, cell.corner[1] + at / edge % edge, cell.corner[2] + at / edge / edge}, 0});
+    }
+    std::reverse(cut.cells.begin(), cut.cells.end());
+    cut.cells.push_back(cut.cells.front());
+    const Shape again(cut);
+    REQUIRE(std::equal(whole.cells().begin(), whole.cells().end(), again.cells().begin(), again.cells().end()));
+    const double cell = std::pow(whole.cell_size(), 3);
+    CHECK(again.mass().volume == Approx(cubes * cell).epsilon(1e-12));
+    // As the mesh of the same cells, whose corner is at the origin.
+    std::vector<std::array<std::int32_t, 3>> corners;
+    for (const VoxelCell& c : cut.cells) corners.push_back(c.corner);
+    const Shape mesh = voxel_mesh(corners, whole.cell_size());
+    CHECK((mesh.mass().centre + whole.origin() - again.mass().centre).norm() < 1e-11);
+    CHECK((mesh.mass().inertia - again.mass().inertia).norm() < 1e-11 * again.mass().inertia.norm());
+    const Pose pose = random_pose(r, 2);
+    const Pose of_mesh{pose.rotation, pose * whole.origin()};
+    const Bounds exact = mesh.bounds(of_mesh), bounds = again.bounds(pose);
+    CHECK((bounds.lo - exact.lo).norm() < 1e-12);
+    CHECK((bounds.hi - exact.hi).norm() < 1e-12);
+    CHECK(again.size() == Approx(mesh.size()).epsilon(1e-12));
+    const Pose ball = random_pose(r, 3);
+    const NarrowPhase n;
+    const double d = n.solve(mesh, of_mesh, Sphere{0.1}, ball, Request::distance).signed_distance;
+    if (d > 0)
+      CHECK(n.solve(again, pose, Sphere{0.1}, ball, Request::distance).signed_distance == Approx(d).margin(1e-12));
+  }
+}
+
+TEST_CASE("voxels: cells become larger ones only where all eight are there") {
+  // Eight entries that begin and end as eight octants do, one octant empty and another of two small cells.
+  Voxels v{{{{2, 0, 0}, 0}, {{3, 0, 0}, 0}}, 1};
+  for (const std::int32_t octant : {0, 2, 3, 4, 5, 7})
+    v.cells.push_back({{(octant & 1) * 2, (octant >> 1 & 1) * 2, (octant >> 2) * 2}, 1});
+  CHECK(Shape(v).mass().volume == Approx(50));
+  Random r(407);
+  for (int i = 0; i < 200; ++i) {
+    std::vector<std::uint8_t> there(16 * 16 * 16, 0);
+    for (std::size_t c = 0; c < there.size(); c += 8) {
+      const std::size_t x = c % 16, y = c / 16 % 16, z = c / 256;
+      const bool block = ((x / 4 * 7 + y / 4 * 5 + z / 4 * 3 + static_cast<std::size_t>(i)) % 3) != 0;
+      for (std::size_t k = 0; k < 8; ++k) there[c + k] = block != (r.in(0, 1) < 0.02);
+    }
+    const auto count = static_cast<double>(std::count(there.begin(), there.end(), 1));
+    CHECK(occupancy_grid(there, {16, 16, 16}, 1).mass().volume == Approx(count));
+  }
+}
+
+TEST_CASE("voxels: a ball over the edge between two cells of a floor is pushed straight up") {
+  const Shape floor(Voxels{{{{0, 0, 0}, 1}, {{2, 0, 0}, 1}}, 0.5});
+  std::vector<Contact> contacts;
+  NarrowPhase().solve(floor, {}, Sphere{0.3}, Pose::at(1.1, 0.5, 1.25), Request::contacts, &contacts);
+  CHECK(contacts.size() == 1);
+  for (const Contact& c : contacts) CHECK(c.normal.z() == Approx(1));
+}
+
+TEST_CASE("voxels: what lies flat on a floor of cells is pushed up, not off the edges between them") {
+  std::vector<std::uint8_t> floor(20 * 20 * 2, 1);
+  const Shape ground = occupancy_grid(floor, {20, 20, 2}, 0.1, Vec3(-1, -1, -0.2));
+  CHECK(ground.cells().size() < 20 * 20);
+  const NarrowPhase n({.margin = 0.001});
+  Random r(405);
+  for (int i = 0; i < 40; ++i) {
+    const double sunk = i % 4 == 0 ? 0 : r.in(0.001, 0.03);
+    const Shape box = Box{{0.6, 0.4, 0.2}};
+    Pose pose = Pose::at(r.in(-0.5, 0.5), r.in(-0.5, 0.5), 0.1 - sunk);
+    pose.rotation = Eigen::AngleAxisd(i % 3 == 0 ? 0 : r.in(0, 3), Vec3::UnitZ()).toRotationMatrix();
+    std::vector<Contact> contacts;
+    const PairAnswer answer = n.solve(ground, Pose{}, box, pose, Request::contacts, &contacts);
+    CAPTURE(i, sunk);
+    CHECK(answer.status == Status::ok);
+    CHECK(answer.signed_distance == Approx(-sunk).margin(1e-12));
+    CHECK(contacts.size() == 4);
+    for (const Contact& c : contacts) {
+      CHECK(c.normal.z() == Approx(1));
+      CHECK(c.depth == Approx(sunk).margin(1e-12));
+    }
+  }
+}
+
+TEST_CASE("voxels: one cell, touching, far out, tiny and huge") {
+  const NarrowPhase n;
+  for (const double size : {0x1p-66, 0x1p-10, 1.0, 0x1p50})
+    for (const double far : {0.0, 0x1p20}) {
+      CAPTURE(size, far);
+      const std::vector<std::array<std::int32_t, 3>> one{{0, 0, 0}};
+      const Shape cell = voxels(one, size);
+      CHECK(cell.cells().size() == 1);
+      const Shape box = Box{Vec3::Constant(size)};
+      const Vec3 out = far * size * Vec3(1, 2, 3);
+      const auto at = [&](double x) { return Pose{Mat3::Identity(), out + size * Vec3(x, 0.5, 0.5)}; };
+      const Pose here{Mat3::Identity(), out};
+      CHECK(n.solve(cell, here, box, at(1.5), Request::collide).collide);
+      CHECK_FALSE(n.solve(cell, here, box, at(1.5 + 1e-6), Request::collide).collide);
+      CHECK(n.solve(cell, here, box, at(2), Request::distance).signed_distance == Approx(size / 2).epsilon(1e-8));
+      CHECK(n.solve(cell, here, box, at(1.25), Request::distance).signed_distance == Approx(-size / 4).epsilon(1e-8));
+      std::vector<Contact> contacts;
+      n.solve(cell, here, box, at(1.25), Request::contacts, &contacts);
+      CHECK(contacts.size() == 4);
+    }
+  // Cells as far from each other as a grid allows.
+  const std::int32_t end = 1 << 20;
+  const Shape ends(Voxels{{{{-end, -end, -end}, 0}, {{end - 1, end - 1, end - 1}, 0}, {{0, 0, 0}, 19}}, 0.5});
+  CHECK(ends.cells().size() == 3);
+  CHECK(ends.bounds({}).lo == Vec3::Constant(-0.5 * end));
+  CHECK(ends.bounds({}).hi == Vec3::Constant(0.5 * end));
+  CHECK(n.solve(ends, {}, Sphere{1}, Pose::at(-0.5 * end, -0.5 * end, -0.5 * end), Request::collide).collide);
+  CHECK_FALSE(n.solve(ends, {}, Sphere{1}, Pose::at(-2, -2, -2), Request::collide).collide);
+  const Shape all(Voxels{{{{-end, 0, 0}, 20}, {{0, 0, -end}, 20}}, 1});
+  CHECK(all.cells().size() == 2);
+}
+
+TEST_CASE("voxels: bad input is refused by name") {
+  const auto refused = [](const Voxels& v, const std::string& word) {
+    CHECK_THROWS_WITH(Shape(v), Catch::Matchers::Contains("voxels") && Catch::Matchers::Contains(word));
+  };
+  const double nan = std::nan("");
+  refused({{}, 1}, "cells is empty");
+  for (const double size : {0.0, -1.0, nan, infinite, 1e-40, 1e31}) refused({{{{0, 0, 0}, 0}}, size}, "cell_size");
+  for (const double at : {nan, infinite, 1e10}) refused({{{{0, 0, 0}, 0}}, 1, Vec3(0, at, 0)}, "origin[1]");
+  refused({{{{0, 0, 0}, 0}, {{0, 0, 1 << 20}, 0}}, 1}, "cells[1]");
+  refused({{{{0, -(1 << 20) - 1, 0}, 0}}, 1}, "cells[0]");
+  refused({{{{1, 0, 0}, 1}}, 1}, "multiple of 2");
+  refused({{{{0, 1 << 19, 0}, 0}}, 1e29}, "farthest coordinate");
+  refused({{{{0, 0, 0}, 21}}, 1}, "level");
+  refused({{{{std::numeric_limits<std::int32_t>::max(), 0, 0}, 0}}, 1}, "cells[0]");
+  refused({{{{0, 0, std::numeric_limits<std::int32_t>::min()}, 3}}, 1}, "cells[0]");
+  const std::vector<std::uint8_t> none(8, 0), some(8, 1);
+  CHECK_THROWS_AS(occupancy_grid(none, {2, 2, 2}, 1), std::invalid_argument);
+  CHECK_THROWS_WITH(occupancy_grid(some, {2, 2, 3}, 1), Catch::Matchers::Contains("number of values"));
+  CHECK_THROWS_WITH(occupancy_grid(some, {0, 2, 2}, 1), Catch::Matchers::Contains("count[0]"));
+  CHECK_THROWS_AS(voxels({}, 1), std::invalid_argument);
+}
+
+TEST_CASE("voxels: two sets of cells, depths by penetration_depth, memory") {
+  Random r(406);
+  const NarrowPhase n;
+  int hits = 0;
+  for (int i = 0; i < 80; ++i) {
+    const Shape a = random_voxels(r, 10 + i), b = random_voxels(r, 30);
+    const Pose pa = random_pose(r, 1), pb = random_pose(r, 1.5);
+    double least = infinite;
+    for (const CellBox& cell : boxes_of(a, pa))
+      least = std::min(least, brute_distance(boxes_of(b, pb), cell.box, cell.pose));
+    const PairAnswer answer = n.solve(a, pa, b, pb, Request::distance);
+    CAPTURE(i, least);
+    CHECK(answer.collide == (least <= 0));
+    if (least > 0) {
+      CHECK(std::abs(answer.signed_distance - least) < 1e-12);
+      continue;
+    }
+    ++hits;
+    const DepthBounds bounds = penetration_depth(a, pa, b, pb);
+    CHECK(bounds.lower <= bounds.upper);
+    CHECK(bounds.lower == Approx(-least).epsilon(1e-9));
+    CHECK_FALSE(n.solve(a, pa, b, moved(pb, bounds.translation), Request::collide).collide);
+  }
+  CHECK(hits > 20);
+  std::vector<std::array<std::int32_t, 3>> sheet;
+  for (std::int32_t i = 0; i < 40000; ++i) sheet.push_back({i % 200, i / 200, (i * 7 % 11) * 2});
+  const Shape wide = voxels(sheet, 0.05);
+  CHECK(wide.cells().size() == sheet.size());
+  CHECK(wide.memory() < 24 * sheet.size());
+}
