@@ -54,7 +54,9 @@ void StepState::open_stage(std::size_t stage) {
   }
   if (stage == end_) blocks = 0;
   if (stage == shared_) tiles_left_.store(blocks, std::memory_order_relaxed);
-  tickets_.open(stage, blocks);
+  // The data of fewer bodies fits into each core's caches.
+  constexpr std::size_t least_bodies = 16384;
+  tickets_.open(stage, blocks, stage <= shared_ && work_->bodies() >= least_bodies);
 }
 
 void StepState::slice(std::string_view name, Clock::time_point begin, Clock::time_point end, std::uint64_t id,
@@ -154,7 +156,13 @@ void StepState::process(Batch& batch) {
 
 void StepState::process_in_order(std::span<Batch* const> batches) {
   if (!failed()) meters_.add(Meters::join, timed("join", 0, [&] { answers_.sort(batches); }));
-  for (Batch* batch : batches) process(*batch);
+  for (Batch* batch : batches) {
+    if (!failed()) answers_.take_sorted(*batch);
+    if (batch->count != 0)
+      process(*batch);
+    else
+      close_work();
+  }
 }
 
 bool StepState::help() {

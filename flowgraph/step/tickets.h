@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "answers/thread_mark.h"
 #include "step/pause.h"
 
 namespace tandem {
@@ -13,11 +14,16 @@ namespace tandem {
 class Tickets {
  public:
   /// Begins a step of `stages` stages, none open; the last that is opened is `stages` itself, without blocks.
-  void begin(std::size_t stages) { blocks_.assign(stages + 1, 0); }
-  /// Opens a stage; by one thread at a time, which finished the stage before.
-  void open(std::size_t stage, std::size_t blocks);
+  void begin(std::size_t stages) {
+    blocks_.assign(stages + 1, 0);
+    caller_.store(this_thread_mark(), std::memory_order_relaxed);
+  }
+  /// Opens a stage; by one thread at a time, which finished the stage before. `from_both_ends`: the thread that began
+  /// the step takes blocks from the first on, all others from the last, so that in each stage and step a thread reads
+  /// what it wrote itself: reading a cache line that another core wrote may take ten times as long.
+  void open(std::size_t stage, std::size_t blocks, bool from_both_ends);
 
-  std::size_t stage() const { return next_.load(std::memory_order_acquire) >> 32; }
+  std::size_t stage() const { return next_.load(std::memory_order_acquire) >> stage_at; }
   std::size_t blocks(std::size_t stage) const { return blocks_[stage]; }
   /// True if no block of the stage is left to take.
   bool all_taken(std::size_t stage) const;
@@ -37,8 +43,14 @@ class Tickets {
   void wake();
 
  private:
+  // next_ holds the stage, the blocks taken from the first on and those taken from the last: 12, 26 and 26 bits.
+  static constexpr int stage_at = 52, first_at = 26;
+  static constexpr std::uint64_t mask = (std::uint64_t{1} << first_at) - 1;
+
   std::vector<std::size_t> blocks_;
-  // Stage in the high half, block in the low half: a block can only be taken of the stage it belongs to.
+  std::atomic<const void*> caller_{nullptr};
+  std::atomic<bool> both_ends_{false};
+  // It includes the stage so that a block can only be taken of the stage it belongs to.
   alignas(64) std::atomic<std::uint64_t> next_{0};
   alignas(64) std::atomic<std::size_t> left_{0};
   alignas(64) std::atomic<std::uint32_t> changes_{0};  // sleepers wait on it
