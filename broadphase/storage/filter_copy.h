@@ -17,6 +17,7 @@ class FilterCopy {
  public:
   void take(const PairFilter& filter) {
     size_ = filter.group.size();
+    masks_ = filter.mask.size();
     is_static_.assign(filter.is_static.begin(), filter.is_static.end());
     one_ = one_of(filter);
     if (one_) return clear_groups();
@@ -35,12 +36,14 @@ class FilterCopy {
     some(mask_, filter.mask);
     some(is_static_, filter.is_static);
     size_ = group_.size();
+    masks_ = mask_.size();
   }
   /// Sets the entry of a body to element k of a copy for some bodies.
   void set(std::uint32_t body, const FilterCopy& some, std::size_t k) {
     if (one_ && !some.group_.empty() && *one_ != Groups{some.group_[k], some.mask_[k]}) {
-      group_.assign(size_, one_->group);
-      mask_.assign(size_, one_->mask);
+      std::vector<std::uint32_t> group(size_, one_->group), mask(size_, one_->mask);
+      group_.swap(group);
+      mask_.swap(mask);
       one_.reset();
     }
     if (!group_.empty()) group_[body] = some.group_[k];
@@ -49,7 +52,7 @@ class FilterCopy {
   }
 
   bool same_arrays(const PairFilter& filter) const {
-    return size_ == filter.group.size() && size_ == filter.mask.size() && is_static_.size() == filter.is_static.size();
+    return size_ == filter.group.size() && masks_ == filter.mask.size() && is_static_.size() == filter.is_static.size();
   }
   /// True if `filter` has the same entries for boxes [first, last); it must have the same arrays.
   bool same(const PairFilter& filter, std::size_t first, std::size_t last) const {
@@ -78,7 +81,7 @@ class FilterCopy {
 
   /// The group and mask of all bodies, if they are the same and let all bodies meet.
   static std::optional<Groups> one_of(const PairFilter& filter) {
-    if (filter.group.empty()) return {};
+    if (filter.group.empty() || filter.mask.size() != filter.group.size()) return {};
     const Groups first{filter.group[0], filter.mask[0]};
     std::uint32_t differ = 0;
     for (std::size_t i = 0; i < filter.group.size(); ++i)
@@ -90,8 +93,8 @@ class FilterCopy {
     mask_.clear();
   }
 
-  std::size_t size_ = 0;       // number of bodies with a group
-  std::optional<Groups> one_;  // those of all bodies; group_ and mask_ are then empty
+  std::size_t size_ = 0, masks_ = 0;  // number of bodies with a group, with a mask
+  std::optional<Groups> one_;         // those of all bodies; group_ and mask_ are then empty
   std::vector<std::uint32_t> group_, mask_;
   std::vector<std::uint8_t> is_static_;
 };

@@ -76,6 +76,7 @@ void AnswerStages::run(std::size_t stage, std::size_t block) {
 void AnswerStages::narrow(Batch& batch) {
   if (form_ == StepForm::ordered) return work_->narrow(batch);
   if (form_ == StepForm::caller) {
+    take_sorted(batch);
     const Appending to_list(batch, contacts_->pairs, contacts_->contacts);
     return work_->narrow(batch);
   }

@@ -25,6 +25,11 @@ TEST_CASE("copies of a filter: as one that holds every body's part, whether all 
     copy.take(filter);
     CHECK(copy.same_arrays(filter));
     CHECK_FALSE(copy.same_arrays({}));
+    CHECK_FALSE(copy.same_arrays({group, {}, is_static}));
+    FilterCopy masks_alone;
+    masks_alone.take({{}, mask, is_static});
+    CHECK(masks_alone.same_arrays({{}, mask, is_static}));
+    CHECK(masks_alone.same({{}, mask, is_static}, 0, n));
     CHECK(copy.same(filter, 0, n));
     CHECK(copy.memory() <= (trial % 3 == 0 ? n : 9 * n));
 

@@ -63,4 +63,29 @@ TEST_CASE("tickets: who did not begin a step takes its blocks from the last on")
   REQUIRE(tickets.take(0, block));
   CHECK(block == 2);
   CHECK_FALSE(tickets.take(0, block));
+  CHECK(tickets.all_taken(0));
+}
+
+TEST_CASE("tickets: many stages, and more blocks than fit into 26 bits") {
+  constexpr std::size_t stages = 5000, many = (std::size_t{1} << 27) + 1;
+  for (const bool from_both_ends : {false, true}) {
+    CAPTURE(from_both_ends);
+    Tickets tickets;
+    tickets.begin(stages);
+    std::size_t block = 0;
+    for (std::size_t stage = 0; stage < stages; ++stage) {
+      tickets.open(stage, 2, from_both_ends);
+      REQUIRE(tickets.stage() == stage);
+      REQUIRE(tickets.take(stage, block));
+      REQUIRE(tickets.take(stage, block));
+      REQUIRE_FALSE(tickets.take(stage, block));
+    }
+    if (!from_both_ends) continue;
+    tickets.begin(1);
+    tickets.open(0, many, from_both_ends);
+    std::size_t taken = 0;
+    while (tickets.take(0, block)) ++taken;
+    CHECK(taken == many);
+    CHECK(tickets.all_taken(0));
+  }
 }
