@@ -42,29 +42,47 @@ nlohmann::json by_part(const SceneMemory& scene, const PipelineMemory& pipeline,
           {"executor", each(pipeline.executor)},      {"contacts", each(pipeline.contacts)}};
 }
 
-/// Memory in bytes a body: the scene; a pipeline after some steps that move all bodies, without its list of contacts,
-/// on one thread and on two; the list, bytes a contact.
+constexpr int memory_steps = 12;  // the list of candidates is made in the third step
+
+/// Runs steps that move all bodies a little, but for static ones.
+void fall(Scene& scene, Pipeline& pipeline) {
+  for (int step = 0; step < memory_steps; ++step) {
+    const auto poses = scene.poses();
+    for (std::uint32_t i = 0; i < scene.indices(); ++i) {
+      if (scene.is_static()[i] != 0) continue;
+      Pose pose = poses[i];
+      pose.translation.z() -= 1e-3 * scene.shape_of(i).radius();
+      scene.move(i, pose, Vec3::Zero(), Vec3::Zero());
+    }
+    pipeline.step(scene);
+  }
+}
+
+/// Memory in bytes a body of a bed whose grains touch, as Scene::memory and Pipeline::memory tell it, on one thread,
+/// without the list of contacts.
+nlohmann::json memory_of_bed(Scene scene, std::size_t bodies) {
+  Pipeline pipeline({.executor = ExecutorKind::sequential});
+  fall(scene, pipeline);
+  const PipelineMemory held = pipeline.memory();
+  const auto n = static_cast<double>(bodies);
+  return {{"contacts_a_body", static_cast<double>(pipeline.contacts().contacts.size()) / n},
+          {"bytes_a_body", static_cast<double>(scene.memory().total() + held.total() - held.contacts) / n},
+          {"by_part", by_part(scene.memory(), held, n)}};
+}
+
+/// Memory in bytes a body, before any grains touch: the scene; a pipeline after some steps that move all bodies,
+/// without its list of contacts, on one thread and on two; the list, bytes a contact.
 nlohmann::json memory_of(std::size_t bodies) {
   const double empty = heap();
   Scene scene = make_builtin_scene("grains", bodies);
   const auto n = static_cast<double>(bodies);
   nlohmann::json out{{"scene_bytes_a_body", (heap() - empty) / n},
                      {"bytes_a_contact", sizeof(PairResult) + sizeof(Contact)}};
-  constexpr int steps = 12;  // the list of candidates is made in the third step
   for (const int threads : {1, 2}) {
     const double before = heap();
     Pipeline pipeline(
         {.executor = threads == 1 ? ExecutorKind::sequential : ExecutorKind::flowgraph, .threads = threads});
-    for (int step = 0; step < steps; ++step) {
-      const auto poses = scene.poses();
-      for (std::uint32_t i = 0; i < scene.indices(); ++i) {
-        if (scene.is_static()[i] != 0) continue;
-        Pose pose = poses[i];
-        pose.translation.z() -= 1e-3 * scene.shape_of(i).radius();
-        scene.move(i, pose, Vec3::Zero(), Vec3::Zero());
-      }
-      pipeline.step(scene);
-    }
+    fall(scene, pipeline);
     const ContactList& list = pipeline.contacts();
     const double answers =
         static_cast<double>(list.pairs.capacity() * sizeof(PairResult) + list.contacts.capacity() * sizeof(Contact));
@@ -127,7 +145,8 @@ void play(Scene& scene, const std::vector<Poses>& stretch, SceneDetector& who, T
 }
 
 /// A bed that has come to rest but for some grains: what all detectors find in the following steps.
-std::vector<Tally> contest(Scene& scene, const SceneDetectors& all, int settling, int stretches) {
+std::vector<Tally> contest(Scene& scene, const SceneDetectors& all, int settling, int stretches,
+                           nlohmann::json& memory) {
   Scene ahead = scene;
   Pipeline pipeline({.answer = {.margin = recommended_margin(ahead)}});
   Response response;
@@ -137,6 +156,7 @@ std::vector<Tally> contest(Scene& scene, const SceneDetectors& all, int settling
     response.step(ahead, pipeline.contacts());
   };
   for (int step = 0; step < settling; ++step, progress.at(static_cast<std::uint64_t>(step))) go_on();
+  memory["bed"] = memory_of_bed(ahead, ahead.bodies());
   std::vector<Tally> tallies(all.size());
   std::vector<std::size_t> order(all.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
@@ -150,6 +170,22 @@ std::vector<Tally> contest(Scene& scene, const SceneDetectors& all, int settling
     progress.at(static_cast<std::uint64_t>(settling + k + 1));
   }
   return tallies;
+}
+
+void print_memory(const nlohmann::json& memory) {
+  fmt::print("bytes a body: scene {:.0f}, pipeline {:.0f} ({:.0f} of two threads) and {} a contact\n",
+             memory["scene_bytes_a_body"].get<double>(), memory["pipeline_bytes_a_body"].get<double>(),
+             memory["pipeline_bytes_a_body_two_threads"].get<double>(), memory["bytes_a_contact"].get<int>());
+  const auto print_parts = [](const nlohmann::json& parts) {
+    for (const auto& [part, bytes] : parts.items()) fmt::print(" {} {:.0f}", part, bytes.get<double>());
+    fmt::print("\n");
+  };
+  fmt::print("as they tell it:");
+  print_parts(memory["bytes_a_body_by_part"]);
+  const nlohmann::json& bed = memory["bed"];
+  fmt::print("in the bed, {:.2f} contacts a body: {:.0f} without the list;", bed["contacts_a_body"].get<double>(),
+             bed["bytes_a_body"].get<double>());
+  print_parts(bed["by_part"]);
 }
 
 }  // namespace
@@ -172,7 +208,7 @@ std::vector<Row> grains_bench(const Settings& settings) {
     nlohmann::json memory = memory_of(size);
     Scene scene = make_builtin_scene("grains", size);
     const SceneDetectors all = grain_contestants(scene, threads);
-    std::vector<Tally> tallies = contest(scene, all, settling, stretches);
+    std::vector<Tally> tallies = contest(scene, all, settling, stretches, memory);
     const Tally &depths = tallies[threads.size()], &list = tallies[threads.size() + 1];
     for (std::size_t i = 0; i < threads.size(); ++i)
       if (tallies[i].hash != depths.hash || tallies[i].hash != list.hash || tallies[i].lists != list.lists)
@@ -204,13 +240,7 @@ std::vector<Row> grains_bench(const Settings& settings) {
       if (i == 0) row.more.update(memory);
       rows.push_back(std::move(row));
     }
-    fmt::print("bytes a body: scene {:.0f}, pipeline {:.0f} ({:.0f} of two threads) and {} a contact\n",
-               memory["scene_bytes_a_body"].get<double>(), memory["pipeline_bytes_a_body"].get<double>(),
-               memory["pipeline_bytes_a_body_two_threads"].get<double>(), memory["bytes_a_contact"].get<int>());
-    fmt::print("as they tell it:");
-    for (const auto& [part, bytes] : memory["bytes_a_body_by_part"].items())
-      fmt::print(" {} {:.0f}", part, bytes.get<double>());
-    fmt::print("\n");
+    print_memory(memory);
   }
   return rows;
 }

@@ -9,9 +9,8 @@
 namespace tandem {
 
 void ReturnedBodies::clear(std::size_t count) {
-  if (turn_ != 0 || turn_of_.size() != count) turn_of_.assign(count, 0);
-  place_.resize(count);
-  first_.clear();
+  if (turn_ != 0 || place_.size() != count) place_.assign(count, 0);
+  known_.clear();
   for (Sorted* some : {&sorted_, &recent_}) {
     some->items.clear();
     some->boxes.resize(0);

@@ -26,10 +26,10 @@ class ReturnedBodies {
     ++turn_;
     for (const Return& r : returns) {
       if (!has(r.body)) {
-        place_[r.body] = static_cast<std::uint32_t>(first_.size());
-        first_.push_back(now(r.body));
+        known_.push_back({turn_, now(r.body)});
+        place_[r.body] = static_cast<std::uint32_t>(known_.size());
       }
-      turn_of_[r.body] = turn_;
+      known_[place_[r.body] - 1].turn = turn_;
       recent_.items.push_back({r.body, turn_, r.box});
     }
     sort();
@@ -37,19 +37,20 @@ class ReturnedBodies {
   /// The number of calls of `put` with at least one body.
   std::uint32_t turn() const { return turn_; }
 
-  bool has(std::uint32_t body) const { return turn_of_[body] != 0; }
+  bool has(std::uint32_t body) const { return place_[body] != 0; }
   /// The number of the last call of `put` that had this body, counted from 1; 0: none had.
-  std::uint32_t turn(std::uint32_t body) const { return turn_of_[body]; }
-  void prefetch(std::uint32_t body) const { __builtin_prefetch(&turn_of_[body]); }
+  std::uint32_t turn(std::uint32_t body) const {
+    const std::uint32_t place = place_[body];
+    return place == 0 ? 0 : known_[place - 1].turn;
+  }
+  void prefetch(std::uint32_t body) const { __builtin_prefetch(&place_[body]); }
   /// The box with which the list was made; only for a body that was put back.
-  const Aabb& first(std::uint32_t body) const { return first_[place_[body]]; }
+  const Aabb& first(std::uint32_t body) const { return known_[place_[body] - 1].first; }
 
   /// Appends the bodies that were put back whose boxes overlap `box`, each once.
   void overlapping(const Aabb& box, std::vector<std::uint32_t>& row, std::vector<std::uint32_t>& out) const;
 
-  std::size_t memory() const {
-    return bytes_of(turn_of_) + bytes_of(place_) + bytes_of(first_) + sorted_.memory() + recent_.memory();
-  }
+  std::size_t memory() const { return bytes_of(place_) + bytes_of(known_) + sorted_.memory() + recent_.memory(); }
 
  private:
   struct Item {
@@ -70,9 +71,13 @@ class ReturnedBodies {
   void search(const Sorted& sorted, const Aabb& box, std::vector<std::uint32_t>& row,
               std::vector<std::uint32_t>& out) const;
 
-  std::vector<std::uint32_t> turn_of_;  // one a body
-  std::vector<std::uint32_t> place_;    // one a body: its place in first_, if it was put back
-  std::vector<Aabb> first_;
+  struct Known {
+    std::uint32_t turn;
+    Aabb first;
+  };
+
+  std::vector<std::uint32_t> place_;  // one a body: 1 + its place in known_, or 0 if it was not put back
+  std::vector<Known> known_;
   Sorted sorted_, recent_;  // recent ones apart, so that a step sorts few
   std::uint32_t turn_ = 0;
 };

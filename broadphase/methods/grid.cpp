@@ -41,12 +41,10 @@ Grid::Touched Grid::touched(const Aabb& box) const {
 std::size_t Grid::begin(const BoxArray& boxes) {
   boxes_ = &boxes;
   size_ = boxes.size();
-  // Of whole vectors, so that no two blocks write the same slices.
   boxes_a_block_ = std::max<std::size_t>(4096, ((size_ + 63) / 64 + 63) / 64 * 64);
   parts_ = std::max<std::size_t>(1, (size_ + boxes_a_block_ - 1) / boxes_a_block_);
   large_of_part_.resize(parts_);
   role_.resize(size_);
-  for (auto& slices : touched_) slices.resize(size_ + BoxArray::padding);
   groups_.clear();
   large_.clear();
   crowded_ = searched_ = false;
@@ -145,20 +143,26 @@ void Grid::choose_columns() {
   offsets_.assign(parts_ * columns(), 0);
 }
 
+void Grid::find_touched(std::size_t first, std::size_t count, TouchedRows& rows) const {
+  const int u = static_cast<int>(u_.axis), v = static_cast<int>(v_.axis);
+  slices_of(u_, boxes_->lo(u) + first, count, rows.slices[0].data());
+  slices_of(u_, boxes_->hi(u) + first, count, rows.slices[1].data());
+  slices_of(v_, boxes_->lo(v) + first, count, rows.slices[2].data());
+  slices_of(v_, boxes_->hi(v) + first, count, rows.slices[3].data());
+}
+
 void Grid::count(std::size_t block) {
   std::uint32_t* counts = offsets_.data() + block * columns();
   std::vector<std::uint32_t>& large = large_of_part_[block];
   large.clear();
   const std::size_t begin = block * boxes_a_block_, end = std::min(size_, begin + boxes_a_block_);
-  const int u = static_cast<int>(u_.axis), v = static_cast<int>(v_.axis);
-  slices_of(u_, boxes_->lo(u) + begin, end - begin, touched_[0].data() + begin);
-  slices_of(u_, boxes_->hi(u) + begin, end - begin, touched_[1].data() + begin);
-  slices_of(v_, boxes_->lo(v) + begin, end - begin, touched_[2].data() + begin);
-  slices_of(v_, boxes_->hi(v) + begin, end - begin, touched_[3].data() + begin);
   const float *lo = boxes_->lo(0), *hi = boxes_->hi(0);
   const std::size_t row = u_.count;
+  TouchedRows rows;
   for (std::size_t i = begin; i < end; ++i) {
-    const Touched t = touched(i);
+    const std::size_t k = (i - begin) % TouchedRows::most;
+    if (k == 0) find_touched(i, std::min(TouchedRows::most, end - i), rows);
+    const Touched t = rows[k];
     const std::uint32_t du = t.u1 - t.u0, dv = t.v1 - t.v0;
     role_[i] = Role::entered;
     if (!(lo[i] <= hi[i])) {
@@ -205,9 +209,8 @@ void Grid::plan() {
   if (crowded_) return;
 
   if (sum > records_.capacity()) {
-    records_.clear();  // what was there need not be copied
-    // Larger boxes may follow, and what is not written costs nothing.
-    records_.reserve(sum + sum / 4);
+    records_.clear();                  // what was there need not be copied
+    records_.reserve(sum + sum / 16);  // the boxes may grow
   }
   records_.resize(sum);
   if (searched_) {
@@ -233,12 +236,15 @@ void Grid::scatter(std::size_t block) {
   const std::uint32_t row = u_.count;
   std::array<ColumnEntry, (max_boxes_a_scatter + 1) * max_columns_a_box> entries;
   const std::size_t begin = block * boxes_a_block_, end = std::min(size_, begin + boxes_a_block_);
+  TouchedRows rows;
+  static_assert(max_boxes_a_scatter <= TouchedRows::most);
   for (std::size_t from = begin; from < end; from += max_boxes_a_scatter) {
     std::size_t count = 0;
     const std::size_t boxes = std::min(max_boxes_a_scatter, end - from);
+    find_touched(from, boxes, rows);
     for (std::size_t k = 0; k < boxes; ++k) {
       if (role_[from + k] != Role::entered) continue;
-      const Touched t = touched(from + k);
+      const Touched t = rows[k];
       const std::uint32_t du = t.u1 - t.u0, dv = t.v1 - t.v0, column = t.v0 * row + t.u0;
       const auto box = static_cast<std::uint16_t>(k);
       if ((du | dv) <= 1) {
@@ -412,7 +418,6 @@ std::size_t Grid::memory() const {
   std::size_t bytes = bytes_of(offsets_) + bytes_of(large_of_part_) + bytes_of(role_) + bytes_of(large_) +
                       bytes_of(column_begin_) + bytes_of(groups_) + bytes_of(records_) + bytes_of(thin_) +
                       bytes_of(cell_end_) + tree_.memory() + scratch_.memory() + early_.memory();
-  for (const auto& slices : touched_) bytes += bytes_of(slices);
   for (const auto& large : large_of_part_) bytes += bytes_of(large);
   return bytes;
 }

@@ -67,6 +67,14 @@ class Grid final : public ListedMethod, public BoxSearch {
     std::uint32_t u0, u1, v0, v1;
     std::uint32_t count() const { return (u1 - u0 + 1) * (v1 - v0 + 1); }
   };
+  /// The columns that consecutive boxes touch. Computed wherever they are needed: stored, they would take eight bytes a
+  /// box.
+  struct TouchedRows {
+    static constexpr std::size_t most = 64;
+    std::array<std::array<std::uint16_t, most + BoxArray::padding>, 4> slices;  // u0, u1, v0, v1
+
+    Touched operator[](std::size_t k) const { return {slices[0][k], slices[1][k], slices[2][k], slices[3][k]}; }
+  };
   struct Range {
     std::size_t begin, end;
   };
@@ -77,7 +85,8 @@ class Grid final : public ListedMethod, public BoxSearch {
   void plan();
   void scatter(std::size_t block);
   Touched touched(const Aabb& box) const;
-  Touched touched(std::size_t i) const { return {touched_[0][i], touched_[1][i], touched_[2][i], touched_[3][i]}; }
+  /// Computes the columns of boxes [first, first + count), at most TouchedRows::most.
+  void find_touched(std::size_t first, std::size_t count, TouchedRows& rows) const;
   /// Does what is to be done before the pairs, with others; false when that failed.
   bool prepare();
   std::size_t joint_blocks(std::size_t stage) const;
@@ -110,8 +119,7 @@ class Grid final : public ListedMethod, public BoxSearch {
   std::size_t longest_column_ = 0;
   std::vector<std::uint32_t> offsets_;  // one a part and column: counts, then where the part writes
   std::vector<std::vector<std::uint32_t>> large_of_part_;
-  std::array<std::vector<std::uint16_t>, 4> touched_;  // one a box: u0, u1, v0, v1
-  std::vector<Role> role_;                             // one a box
+  std::vector<Role> role_;  // one a box
   std::vector<std::uint32_t> large_;
   std::vector<std::size_t> column_begin_;
   std::vector<Range> groups_;  // of columns: the blocks of the last stage

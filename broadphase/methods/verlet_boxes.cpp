@@ -130,10 +130,13 @@ void VerletList::prepare(std::size_t part) {
   parts_done_.fetch_add(1, std::memory_order_relaxed);
 }
 
-bool VerletList::help_check() {
-  while (next_part_.load(std::memory_order_relaxed) < part_count_) {
-    const std::size_t part = next_part_.fetch_add(1, std::memory_order_relaxed);
-    if (part >= part_count_) break;
+bool VerletList::help_check(bool from_end) {
+  constexpr std::uint64_t one_of_first = std::uint64_t{1} << 32, from_last = one_of_first - 1;
+  const auto taken = [](std::uint64_t next) { return (next >> 32) + (next & from_last); };
+  while (taken(next_part_.load(std::memory_order_relaxed)) < part_count_) {
+    const std::uint64_t next = next_part_.fetch_add(from_end ? 1 : one_of_first, std::memory_order_relaxed);
+    if (taken(next) >= part_count_) break;
+    const std::size_t part = from_end ? part_count_ - 1 - (next & from_last) : next >> 32;
     // The destructor counts the part also when memory runs out, so that no thread waits forever.
     struct Done {
       std::uint8_t& flag;

@@ -270,7 +270,7 @@ void VerletList::rest() {
   mode_ = Mode::reuse;
   is_resting_ = true;
   for (std::size_t part = 0; part < part_count_; ++part) parts_[part].outside.clear();
-  next_part_.store(part_count_, std::memory_order_relaxed);
+  next_part_.store(std::uint64_t{part_count_} << 32, std::memory_order_relaxed);
   parts_done_.store(part_count_, std::memory_order_relaxed);
   blocks_done_.store(part_count_ + 1, std::memory_order_relaxed);
 }

@@ -156,8 +156,9 @@ class VerletList {
   std::size_t returned_candidates() const;
 
   /// Checks the parts that no thread has begun yet: copies their boxes and finds those outside. True if all parts are
-  /// done, including those of other threads.
-  bool help_check();
+  /// done, including those of other threads. `from_end`: begins with the last part; threads that start at different
+  /// ends check the boxes that they have written themselves.
+  bool help_check(bool from_end);
   void check_part(std::size_t part);
   /// Finds the boxes of a part that may have changed and are outside, with their records of the step before.
   std::size_t find_outside(std::size_t index, CheckScratch& scratch);
@@ -216,7 +217,8 @@ class VerletList {
   double steps_ahead_ = 8;
 
   // The state of checking, by parts.
-  std::atomic<std::size_t> next_part_{0}, parts_done_{0};
+  std::atomic<std::uint64_t> next_part_{0};  // parts taken from the first on (high half) and from the last (low)
+  std::atomic<std::size_t> parts_done_{0};
   mutable std::vector<Part> parts_;  // mutable only for std::atomic_ref
   std::size_t part_count_ = 0;
 

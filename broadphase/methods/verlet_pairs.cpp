@@ -63,7 +63,7 @@ void VerletList::emit(std::size_t block, PairSink& sink) {
   Scratch& scratch = *lease;
   if (mode_ == Mode::renew) return renew_block(block - 1, scratch, sink);
   const bool first_tiles = block < std::min(first_lists_, list_count_);
-  const bool all_copied = !first_tiles && help_check() && copies_;
+  const bool all_copied = !first_tiles && help_check(2 * block > list_count_ + part_count_) && copies_;
   if (block < list_count_) {
     (void)test(list(block), all_copied, scratch, sink);
     return;

@@ -1,6 +1,6 @@
 #pragma once
 #include <cstddef>
-#include <cstdlib>
+#include <cstdint>
 #include <new>
 #include <vector>
 
@@ -16,7 +16,6 @@ template <class T>
 struct PageAllocator {
   using value_type = T;
   static constexpr std::size_t page = std::size_t{1} << 21;
-  static constexpr std::size_t least = page;  // bytes; smaller arrays could waste half a page
 
   PageAllocator() = default;
   template <class U>
@@ -24,19 +23,17 @@ struct PageAllocator {
 
   T* allocate(std::size_t count) {
     const std::size_t bytes = count * sizeof(T);
-    if (bytes < least) return static_cast<T*>(::operator new (bytes, std::align_val_t{alignof(T)}));
-    const std::size_t whole = (bytes + page - 1) / page * page;
-    void* memory = std::aligned_alloc(page, whole);
-    if (memory == nullptr) throw std::bad_alloc();
+    void* memory = ::operator new (bytes, std::align_val_t{alignof(T)});
 #ifdef MADV_HUGEPAGE
-    (void)::madvise(memory, whole, MADV_HUGEPAGE);  // a hint: without it all works, but slower
+    // Only the whole pages within the array: aligned to a page, an array of few pages would waste up to one more.
+    const auto begin = reinterpret_cast<std::uintptr_t>(memory);
+    const std::uintptr_t first = (begin + page - 1) / page * page, last = (begin + bytes) / page * page;
+    if (first < last)  // a hint: without it all works, but slower
+      (void)::madvise(reinterpret_cast<void*>(first), last - first, MADV_HUGEPAGE);
 #endif
     return static_cast<T*>(memory);
   }
-  void deallocate(T* memory, std::size_t count) {
-    if (count * sizeof(T) < least) return ::operator delete (memory, std::align_val_t{alignof(T)});
-    std::free(memory);
-  }
+  void deallocate(T* memory, std::size_t) { ::operator delete (memory, std::align_val_t{alignof(T)}); }
   template <class U>
   void construct(U* place) {
     ::new (static_cast<void*>(place)) U;

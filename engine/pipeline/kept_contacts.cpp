@@ -138,8 +138,8 @@ void KeptContacts::update_rests(std::size_t first, std::span<std::uint8_t> chang
   if (any_moved) any_moved_.store(true, std::memory_order_relaxed);
 }
 
-const void* KeptContacts::shape_now(std::size_t body, const Ball& ball) const {
-  return scene_->alive(static_cast<std::uint32_t>(body)) ? ball.shape : nullptr;
+std::uint64_t KeptContacts::shape_now(std::size_t body, const Ball& ball) const {
+  return scene_->alive(static_cast<std::uint32_t>(body)) ? ball.shape : 0;
 }
 
 double KeptContacts::reach_now(std::size_t body, const Ball& ball) const {
@@ -149,8 +149,8 @@ double KeptContacts::reach_now(std::size_t body, const Ball& ball) const {
 
 /// But for its pose. A place without a body is not: whoever reads it for the first time must learn that it is empty.
 bool KeptContacts::is_as_it_was(std::size_t body, const Ball& ball) const {
-  const void* shape = shape_now(body, ball);
-  return shape != nullptr && shape == body_shapes_[body] && reach_now(body, ball) == reach_[body];
+  const std::uint64_t shape = shape_now(body, ball);
+  return shape != 0 && shape == body_shapes_[body] && reach_now(body, ball) == reach_[body];
 }
 
 void KeptContacts::end_rest(std::size_t body, const Ball& ball) {
@@ -158,7 +158,7 @@ void KeptContacts::end_rest(std::size_t body, const Ball& ball) {
   since_[body] = step_;
   anchor_places_[body] = pose.translation;
   anchor_rotations_[body] = pose.rotation;
-  const void* shape = shape_now(body, ball);
+  const std::uint64_t shape = shape_now(body, ball);
   const double reach = reach_now(body, ball);
   if (shape == body_shapes_[body] && reach == reach_[body]) return;
   body_shapes_[body] = shape;

@@ -92,7 +92,7 @@ class KeptContacts {
 
   /// A ball that holds a shape, in its frame.
   struct Ball {
-    const void* shape = nullptr;  // names it
+    std::uint64_t shape = 0;  // names it
     Vec3 centre = Vec3::Zero();
     bool is_centred = true;  // there
     bool is_round = false;   // however it is turned, it is the same
@@ -117,7 +117,7 @@ class KeptContacts {
   static Pair pair_of(std::uint64_t key) {
     return {static_cast<std::uint32_t>(key >> 32), static_cast<std::uint32_t>(key)};
   }
-  const void* shape_now(std::size_t body, const Ball& ball) const;
+  std::uint64_t shape_now(std::size_t body, const Ball& ball) const;
   double reach_now(std::size_t body, const Ball& ball) const;
   bool is_as_it_was(std::size_t body, const Ball& ball) const;
   void end_rest(std::size_t body, const Ball& ball);
@@ -161,7 +161,7 @@ class KeptContacts {
   // One a body:
   std::vector<Vec3> anchor_places_;  // where its rest began, see anchor(); apart, as a ball's rotation is not read
   std::vector<Mat3> anchor_rotations_;
-  std::vector<const void*> body_shapes_;  // as in Ball; null: no body
+  std::vector<std::uint64_t> body_shapes_;  // as in Ball; 0: no body
   std::vector<double> reach_;
   std::vector<std::uint32_t> since_;    // step in which its rest began
   std::vector<std::uint32_t> changed_;  // step in which it got another shape

@@ -7,7 +7,7 @@
 namespace tandem {
 
 std::optional<KeptRest> KeptContacts::rest(const Scene& scene, std::uint32_t body) const {
-  if (body >= body_shapes_.size() || body_shapes_[body] == nullptr) return {};
+  if (body >= body_shapes_.size() || body_shapes_[body] == 0) return {};
   const bool has_shape = scene.shape_of(body).identity() == body_shapes_[body];
   return KeptRest{anchor(body), reach_[body], step_ - since_[body], has_shape};
 }
@@ -50,7 +50,7 @@ void KeptContacts::take_in(const Scene& scene, ContactList& contacts, std::span<
     anchor_rotations_[body] = known.anchor.rotation;
     reach_[body] = known.reach;
     since_[body] = step_ - known.steps;
-    body_shapes_[body] = known.has_shape ? scene.shape_of(body).identity() : nullptr;
+    body_shapes_[body] = known.has_shape ? scene.shape_of(body).identity() : 0;
   }
   std::sort(pairs.begin(), pairs.end(),
             [](const KeptRecord& x, const KeptRecord& y) { return key_of(x.pair) < key_of(y.pair); });

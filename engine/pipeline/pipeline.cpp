@@ -116,7 +116,7 @@ class SceneWork final : public StepWork {
     boxes_.resize(scene.indices());
     changed_.resize(scene.indices());
     seen_.resize(scene.indices());
-    still_.resize(scene.indices());
+    if (kept_) still_.resize(scene.indices());
     changes_filter_ = {filter_.group, filter_.mask, still_};
     broad_phase_->expect(filter_);
     only_changes_ = kept_ && begin_kept(contacts);
@@ -357,6 +357,10 @@ class SceneWork final : public StepWork {
     std::size_t kept = 0;
     for (std::size_t first = 0; first < pairs.size(); first += block) {
       const auto some = pairs.subspan(first, std::min(block, pairs.size() - first));
+      for (const Pair pair : pairs.subspan(first + some.size(), std::min(block, pairs.size() - first - some.size()))) {
+        __builtin_prefetch(&spheres_[pair.a]);
+        __builtin_prefetch(&spheres_[pair.b]);
+      }
       for (std::size_t i = 0; i < some.size(); ++i) spheres[i] = {&spheres_[some[i].a], &spheres_[some[i].b]};
       const std::uint32_t near = several_pairs_.near(std::span(spheres).first(some.size()));
       for (std::size_t i = 0; i < some.size(); ++i) {
@@ -470,6 +474,8 @@ class SceneWork final : public StepWork {
 
   /// Whether all are pairs of spheres.
   bool place_spheres(std::span<const Pair> pairs, std::span<PlacedSpheres> spheres) const {
+    // Pairs are sorted by their first body; the second one lies anywhere.
+    for (const Pair pair : pairs) __builtin_prefetch(&spheres_[pair.b]);
     bool all = true;
     const auto sphere = [&](std::uint32_t body) {
       const PlacedSphere& placed = spheres_[body];
@@ -572,13 +578,13 @@ class SceneWork final : public StepWork {
       changed[i] = versions[i] != seen[i] ? 1 : all_changed;
       seen[i] = versions[i];
     }
-    if (kept_)
+    if (kept_) {
       kept_->update_rests(first, std::span(changed_).subspan(first, end - first));  // boxes contain resting bodies
-    std::uint8_t any = 0;
-    for (std::size_t i = first; i < end; ++i) {
-      any |= changed[i];
-      still[i] = static_cast<std::uint8_t>(is_static[i] | (2 - 2 * changed[i]));
+      for (std::size_t i = first; i < end; ++i)
+        still[i] = static_cast<std::uint8_t>(is_static[i] | (2 - 2 * changed[i]));
     }
+    std::uint8_t any = 0;
+    for (std::size_t i = first; i < end; ++i) any |= changed[i];
     return any != 0;
   }
 
@@ -688,7 +694,8 @@ class SceneWork final : public StepWork {
   PairFilter filter_;
   // Of pairs whose boxes are as in the step before only those that the last step's answers name are asked for.
   bool only_changes_ = false;
-  std::vector<std::uint8_t> still_;  // per body: bits for a static one and for one whose box has not changed
+  // Only if answers are kept, per body: bits for a static one and for one whose box has not changed.
+  std::vector<std::uint8_t> still_;
   PairFilter changes_filter_;
   std::size_t stages_ = 0;
   BoxArray boxes_;

@@ -53,7 +53,7 @@ void SolverBodies::learn_shapes(const Scene& scene) {
   shape_changes_ = SceneChanges::shape_changes(scene);
   shapes_.clear();
   for (const Shape& shape : scene.shapes()) {
-    const MassProperties& mass = shape.mass();
+    const MassProperties mass = shape.mass();
     shapes_.push_back({mass.volume, mass.centre, mass.inertia, mass.inertia.inverse(), mean_radius(shape)});
   }
 }

@@ -237,7 +237,7 @@ Layers add_box(Scene& scene, std::size_t bodies) {
 Scene grains(std::size_t bodies, Random& random) {
   Scene scene;
   const Layers layers = add_box(scene, bodies);
-  scene.reserve(scene.indices() + bodies);
+  scene.reserve(scene.indices() + bodies, scene.shapes().size() + bodies);
   for (std::size_t k = 0; k < bodies; ++k) {
     const double radius = random.uniform(grain_radius / 2, grain_radius);
     const Kind grain{scene.add_shape(Shape(Sphere{radius})), radius};

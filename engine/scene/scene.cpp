@@ -53,10 +53,7 @@ ShapeId Scene::add_shape(Shape shape, std::string shape_name) {
   ++kinds_[static_cast<std::size_t>(shape.kind())];
   ++shape_changes_;
   if (free_shapes_.empty()) {
-    if (shapes_.size() == shapes_.capacity()) {
-      const auto each = [&](auto&... lists) { (lists.reserve(grown(shapes_.size())), ...); };
-      each(shape_generation_, shape_users_, shape_alive_, shapes_);
-    }
+    if (shapes_.size() == shapes_.capacity()) reserve(0, grown(shapes_.size()));
     shapes_.push_back(std::move(shape));
     shape_generation_.push_back(1);
     shape_users_.push_back(0);
@@ -277,10 +274,11 @@ void Scene::set_density(BodyId id, double density) {
 
 void Scene::set_sensor(BodyId id, bool is_sensor) { is_sensor_[checked(id)] = is_sensor; }
 
-void Scene::reserve(std::size_t bodies) {
-  const auto each = [&](auto&... lists) { (lists.reserve(bodies), ...); };
-  each(shape_, generation_, groups_, masks_, poses_, velocities_, angular_velocities_, densities_, is_static_,
+void Scene::reserve(std::size_t bodies, std::size_t shapes) {
+  const auto each = [](std::size_t size, auto&... lists) { (lists.reserve(size), ...); };
+  each(bodies, shape_, generation_, groups_, masks_, poses_, velocities_, angular_velocities_, densities_, is_static_,
        is_sensor_, continuous_, alive_, versions_);
+  each(shapes, shape_generation_, shape_users_, shape_alive_, shapes_);
 }
 
 ShapeId Scene::shape_id(BodyId id) const {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <utility>
 
 namespace tandem {
 namespace {
@@ -83,6 +84,13 @@ void PairOrder::run(std::size_t stage, std::size_t block) {
 }
 
 bool PairOrder::same_again(std::span<Batch* const> batches) {
+  std::size_t total = 0;
+  for (const Batch* batch : batches) total += batch->count;
+  // Only as many pairs as the last time can be the same; only then they are stored for the next comparison.
+  if (std::exchange(last_total_, total) != total) {
+    given_.clear();
+    return false;
+  }
   std::size_t at = 0;
   bool same = true;
   for (const Batch* batch : batches) {

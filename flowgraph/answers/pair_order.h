@@ -43,7 +43,7 @@ class PairOrder {
   static constexpr std::size_t pairs_a_group = 2048, most_groups = 32, pairs_a_block = 1024;
 
   void prepare(std::span<Batch* const> batches, std::size_t bodies, std::size_t groups);
-  /// Notes the pairs of all batches; true if they are those of the last call of sort().
+  /// True if the pairs are known to be those of the last call of sort().
   bool same_again(std::span<Batch* const> batches);
   std::span<Batch* const> group(std::size_t block) const;
   std::span<std::uint32_t> row(std::size_t group);
@@ -61,8 +61,9 @@ class PairOrder {
   std::vector<std::uint32_t> first_;  // the first pair of each range
   std::vector<std::uint64_t> keys_;
   std::vector<std::uint64_t> other_;  // scratch to sort long ranges with
-  std::vector<Pair> given_;           // the pairs given to the last sort()
-  bool is_sorted_ = false;            // keys_ are those of given_, sorted
+  std::size_t last_total_ = 0;        // number of pairs given to the last sort()
+  std::vector<Pair> given_;           // the pairs given to the last sort(), if the call before had as many
+  bool is_sorted_ = false;            // keys_ are those of the last sort(), sorted
 };
 
 }  // namespace tandem

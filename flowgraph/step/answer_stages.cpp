@@ -1,6 +1,7 @@
 // Stages that follow the tiles, by the form of the step: join the answers, or sort the pairs, narrow and copy.
 #include "step/answer_stages.h"
 
+#include <algorithm>
 #include <functional>
 #include <vector>
 
@@ -75,6 +76,7 @@ void AnswerStages::run(std::size_t stage, std::size_t block) {
 void AnswerStages::narrow(Batch& batch) {
   if (form_ == StepForm::ordered) return work_->narrow(batch);
   if (form_ == StepForm::caller) {
+    take_sorted(batch);
     const Appending to_list(batch, contacts_->pairs, contacts_->contacts);
     return work_->narrow(batch);
   }
@@ -89,9 +91,15 @@ void AnswerStages::narrow(Batch& batch) {
 
 void AnswerStages::sort(std::span<Batch* const> batches) {
   order_.sort(batches, work_->bodies());
-  auto from = order_.sorted().begin();
-  for (Batch* batch : batches)
-    for (Pair& pair : std::span(batch->pairs).first(batch->count)) pair = pair_of(*from++);
+  next_sorted_ = 0;
+}
+
+void AnswerStages::take_sorted(Batch& batch) {
+  const auto left = order_.sorted().subspan(next_sorted_);
+  const auto keys = left.first(std::min(left.size(), batch_pairs_.most));
+  std::transform(keys.begin(), keys.end(), batch.pairs.begin(), pair_of);
+  batch.count = keys.size();
+  next_sorted_ += keys.size();
 }
 
 void AnswerStages::clear() {

@@ -31,8 +31,10 @@ class AnswerStages {
 
   /// Narrows a batch and puts its answers where they belong. Any thread; on the caller alone in the batches' order.
   void narrow(Batch& batch);
-  /// On the caller alone, before the first batch is narrowed.
+  /// Sorts the pairs of all batches; on the caller alone, before the first batch is narrowed.
   void sort(std::span<Batch* const> batches);
+  /// The number of sorted pairs that are not narrowed yet; on the caller alone.
+  std::size_t sorted_left() const { return order_.sorted().size() - next_sorted_; }
   /// Notes that some pair costs far more than others, so that it is narrowed first. Any thread, before the narrow
   /// stage.
   void saw_heavy() { has_heavy_.store(true, std::memory_order_relaxed); }
@@ -45,6 +47,9 @@ class AnswerStages {
   void clear();
 
  private:
+  /// Fills a batch with the next of the sorted pairs: to its capacity, as filtering has left room in the batches.
+  void take_sorted(Batch& batch);
+
   StepWork* work_ = nullptr;
   ContactList* contacts_ = nullptr;
   StepForm form_ = StepForm::caller;
@@ -53,6 +58,7 @@ class AnswerStages {
   Joiner joiner_;
   PairOrder order_;
   OrderedAnswers runs_;
+  std::size_t next_sorted_ = 0;  // the next sorted pair to narrow on the caller alone
   std::atomic<bool> has_heavy_{false};
 };
 

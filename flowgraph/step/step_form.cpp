@@ -7,6 +7,8 @@ namespace tandem {
 namespace {
 
 constexpr double most_on_caller_ms = 2;   // of work: above it sharing with another thread always pays
+constexpr double most_for_two_ms = 10;    // the same with two threads: cores without a common cache may do twice the
+                                          // caller's work, and a trial of the caller takes at most a step's time more
 constexpr double little_shared = 1.5;     // work over time: a step with more will not be faster on one thread
 constexpr double joining_to_gain = 0.03;  // fraction of a step: what joining must take for sorting first to pay
 constexpr double mostly_heavy = 0.5;      // fraction of the narrow phase: beyond it answers are few, little is joined
@@ -16,6 +18,11 @@ constexpr double most_lost = 0.01;        // fraction of all steps' time that tr
 constexpr int gains_to_change = 2;        // steps in a row: one alone is often the noise of short steps
 constexpr int longest_period = 512;
 constexpr int longest_off_caller = 64;  // short, so that a core that does not help is given back soon
+
+/// True if a step has too much work for the caller alone.
+bool is_much(const ExecutionReport& report, double work_ms) {
+  return work_ms >= (report.threads == 2 ? most_for_two_ms : most_on_caller_ms);
+}
 
 }  // namespace
 
@@ -27,15 +34,16 @@ FormChooser::FormChooser(StepForm wanted, double small_step_ms, bool can_order)
 bool FormChooser::may_be(StepForm form, const ExecutionReport& report, double work_ms) const {
   // The work of a shared step exceeds that of the caller alone, by about as much as a small step takes.
   if (form == StepForm::caller)
-    return small_.ever() && work_ms < most_on_caller_ms &&
-           work_ms < std::max(little_shared * report.detect_ms, report.detect_ms + small_.limit_ms());
+    return small_.ever() && !is_much(report, work_ms) &&
+           (report.threads == 2 ||
+            work_ms < std::max(little_shared * report.detect_ms, report.detect_ms + small_.limit_ms()));
   return form == StepForm::overlapped || (form == StepForm::ordered && can_order_);
 }
 
 /// Once the current form has run twice, only its own steps tell whether it stays, unless there is much more to do.
 bool FormChooser::may_stay(const ExecutionReport& report, double work_ms) {
   const bool has_own_measurements = report.form != current_ && of(current_).has_two();
-  return has_own_measurements ? current_ != StepForm::caller || work_ms < most_on_caller_ms
+  return has_own_measurements ? current_ != StepForm::caller || !is_much(report, work_ms)
                               : may_be(current_, report, work_ms);
 }
 

@@ -16,6 +16,10 @@ void StepState::begin(StepWork& work, ContactList& contacts, BatchPairs batch_pa
   work.work_with(form == StepForm::caller ? nullptr : this);
   work.ended_by([this] { return early_end_.check(); });
   const std::size_t stages = work.begin();
+  // The data of fewer bodies fits into each core's caches; more threads than two were not measured.
+  constexpr std::size_t least_bodies = 16384;
+  filled_ = 0;
+  from_both_ends_ = batch_pairs.threads == 2 && work.bodies() >= least_bodies;
   slice("begin", meters_.start(), Clock::now());
   shared_ = stages - 1;
   end_ = stages + answers_.stages();
@@ -54,7 +58,7 @@ void StepState::open_stage(std::size_t stage) {
   }
   if (stage == end_) blocks = 0;
   if (stage == shared_) tiles_left_.store(blocks, std::memory_order_relaxed);
-  tickets_.open(stage, blocks);
+  tickets_.open(stage, blocks, stage <= shared_ && from_both_ends_);
 }
 
 void StepState::slice(std::string_view name, Clock::time_point begin, Clock::time_point end, std::uint64_t id,
@@ -154,7 +158,14 @@ void StepState::process(Batch& batch) {
 
 void StepState::process_in_order(std::span<Batch* const> batches) {
   if (!failed()) meters_.add(Meters::join, timed("join", 0, [&] { answers_.sort(batches); }));
-  for (Batch* batch : batches) process(*batch);
+  for (Batch* batch : batches) {
+    if (!failed() && answers_.sorted_left() == 0) {
+      close_work();  // the batches before it had room for its pairs
+      continue;
+    }
+    process(*batch);
+    ++filled_;
+  }
 }
 
 bool StepState::help() {
@@ -180,7 +191,9 @@ void StepState::end(ExecutionReport& report) {
   const auto batches = pool_.taken();
   if (failed()) answers_.clear();
   report.form = form();
-  report.batches = form() == StepForm::ordered ? answers_.runs().batches() : batches.size();
+  report.batches = form() == StepForm::ordered  ? answers_.runs().batches()
+                   : form() == StepForm::caller ? filled_
+                                                : batches.size();
   meters_.write(report);
   if (pool_.grew()) report.issues |= bit(StepIssue::pool_grew);
   if (failed()) report.issues |= bit(StepIssue::ended_early);

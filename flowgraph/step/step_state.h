@@ -112,6 +112,8 @@ class StepState final : public Crew, public BatchOwner {
 
   StepWork* work_ = nullptr;
   BatchPairs batch_pairs_{0};
+  std::size_t filled_ = 0;       // batches of a step on the caller alone that had pairs
+  bool from_both_ends_ = false;  // of the stages up to the shared one: who takes which blocks
   std::size_t shared_ = 0, end_ = 0;
   AnswerStages answers_;
   BatchPool pool_;

@@ -3,26 +3,38 @@
 
 namespace tandem {
 
-void Tickets::open(std::size_t stage, std::size_t blocks) {
-  blocks_[stage] = blocks;
+void Tickets::open(std::size_t stage, std::size_t blocks, bool from_both_ends) {
+  blocks_[stage] = {blocks, from_both_ends ? blocks - blocks / 2 : blocks};
   left_.store(blocks, std::memory_order_relaxed);
-  next_.store(std::uint64_t{stage} << 32, std::memory_order_release);
+  for (std::size_t half = 2; half-- > 0;) next_[half].store(std::uint64_t{stage} << 32, std::memory_order_release);
   wake();
 }
 
 bool Tickets::all_taken(std::size_t stage) const {
-  const std::uint64_t next = next_.load(std::memory_order_acquire);
-  return next >> 32 != stage || (next & 0xffffffffu) >= blocks_[stage];
+  std::size_t taken = 0;
+  for (const auto& half : next_) {
+    const std::uint64_t next = half.load(std::memory_order_acquire);
+    if (next >> 32 != stage) return true;
+    taken += next & 0xffffffffu;
+  }
+  return taken >= blocks_[stage].all;
+}
+
+bool Tickets::take_of(std::size_t half, std::size_t stage, std::size_t& block) {
+  std::uint64_t next = next_[half].load(std::memory_order_acquire);
+  do {
+    if (next >> 32 != stage) return false;
+    const Blocks& blocks = blocks_[stage];
+    const std::size_t taken = next & 0xffffffffu;
+    if (taken >= (half == 0 ? blocks.first_half : blocks.all - blocks.first_half)) return false;
+    block = half == 0 ? taken : blocks.all - 1 - taken;
+  } while (!next_[half].compare_exchange_weak(next, next + 1, std::memory_order_acquire));
+  return true;
 }
 
 bool Tickets::take(std::size_t stage, std::size_t& block) {
-  std::uint64_t next = next_.load(std::memory_order_acquire);
-  do {
-    if (next >> 32 != stage) return false;
-    block = next & 0xffffffffu;
-    if (block >= blocks_[stage]) return false;
-  } while (!next_.compare_exchange_weak(next, next + 1, std::memory_order_acquire));
-  return true;
+  const std::size_t own = this_thread_mark() == caller_.load(std::memory_order_relaxed) ? 0 : 1;
+  return take_of(own, stage, block) || take_of(1 - own, stage, block);
 }
 
 void Tickets::wake() {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "answers/thread_mark.h"
 #include "step/pause.h"
 
 namespace tandem {
@@ -13,12 +14,18 @@ namespace tandem {
 class Tickets {
  public:
   /// Begins a step of `stages` stages, none open; the last that is opened is `stages` itself, without blocks.
-  void begin(std::size_t stages) { blocks_.assign(stages + 1, 0); }
-  /// Opens a stage; by one thread at a time, which finished the stage before.
-  void open(std::size_t stage, std::size_t blocks);
+  void begin(std::size_t stages) {
+    blocks_.assign(stages + 1, {});
+    caller_.store(this_thread_mark(), std::memory_order_relaxed);
+  }
+  /// Opens a stage; by one thread at a time, which finished the stage before. `from_both_ends`: the thread that began
+  /// the step takes the first half of the blocks, from the first on, the others the second half, from the last on, and
+  /// then what is left of the other half. So in each stage and step a thread reads what it wrote itself: reading a
+  /// cache line that another core wrote may take ten times as long.
+  void open(std::size_t stage, std::size_t blocks, bool from_both_ends);
 
-  std::size_t stage() const { return next_.load(std::memory_order_acquire) >> 32; }
-  std::size_t blocks(std::size_t stage) const { return blocks_[stage]; }
+  std::size_t stage() const { return next_[0].load(std::memory_order_acquire) >> 32; }
+  std::size_t blocks(std::size_t stage) const { return blocks_[stage].all; }
   /// True if no block of the stage is left to take.
   bool all_taken(std::size_t stage) const;
   /// Takes a block; false when the stage has none left or is not open.
@@ -37,9 +44,18 @@ class Tickets {
   void wake();
 
  private:
-  std::vector<std::size_t> blocks_;
-  // Stage in the high half, block in the low half: a block can only be taken of the stage it belongs to.
-  alignas(64) std::atomic<std::uint64_t> next_{0};
+  struct Blocks {
+    std::size_t all = 0, first_half = 0;  // `all` if they are taken from one end
+  };
+
+  /// Takes a block of the first half (0) or of the second (1).
+  bool take_of(std::size_t half, std::size_t stage, std::size_t& block);
+
+  std::vector<Blocks> blocks_;
+  std::atomic<const void*> caller_{nullptr};
+  // For each half the stage (high half of the word) and the number of blocks taken (low half): a block can only be
+  // taken of the stage it belongs to.
+  alignas(64) std::atomic<std::uint64_t> next_[2]{};
   alignas(64) std::atomic<std::size_t> left_{0};
   alignas(64) std::atomic<std::uint32_t> changes_{0};  // sleepers wait on it
 };

@@ -2,6 +2,7 @@
 #include "tandem/narrowphase/shape.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -145,7 +146,6 @@ std::string_view name(ShapeKind kind) { return kind_row(kind).name; }
 Shape::Shape(const Sphere& s) : kind_(ShapeKind::sphere), param_{s.radius} {
   require_not_negative("sphere: radius", s.radius);
   size_ = 2 * std::sqrt(3.0) * s.radius;
-  parts_ = std::make_shared<SharedParts>();
 }
 
 Shape::Shape(const Box& s) : kind_(ShapeKind::box), param_{s.size.x() / 2, s.size.y() / 2, s.size.z() / 2} {
@@ -255,8 +255,15 @@ Shape Shape::rounded(double radius) const {
   return s;
 }
 
-const MassProperties& Shape::mass() const {
+MassProperties Shape::mass() const {
+  if (kind_ == ShapeKind::sphere) return mass_of(*this);
   return parts_->mass.get([this] { return mass_of(*this); });
+}
+
+// For a sphere the bits of its radius with the sign bit set, which no address of user space has.
+std::uint64_t Shape::identity() const {
+  if (kind_ == ShapeKind::sphere) return std::bit_cast<std::uint64_t>(radius()) | std::uint64_t{1} << 63;
+  return reinterpret_cast<std::uintptr_t>(parts_.get());
 }
 
 ShapeMemory Shape::memory_by_part() const {
@@ -275,6 +282,7 @@ ShapeMemory Shape::memory_by_part() const {
 
 // In addition, std::make_shared stores two counters and a table's address.
 std::size_t detail::ShapeInsides::memory_of_parts(const Shape& shape) {
+  if (shape.parts_ == nullptr) return 0;
   return (is_built(shape) ? sizeof(BuiltParts) : sizeof(SharedParts)) + 2 * sizeof(void*) +
          (shape.parts_->mass.is_made() ? sizeof(MassProperties) : 0);
 }
@@ -282,7 +290,8 @@ std::size_t detail::ShapeInsides::memory_of_parts(const Shape& shape) {
 std::size_t memory_of(std::span<const Shape> shapes) {
   std::vector<std::pair<const void*, std::size_t>> held;  // address and bytes of each shared object
   for (const Shape& shape : shapes) {
-    held.emplace_back(shape.identity(), detail::ShapeInsides::memory_of_parts(shape));
+    if (const void* parts = detail::ShapeInsides::address_of_parts(shape))
+      held.emplace_back(parts, detail::ShapeInsides::memory_of_parts(shape));
     if (has_hull(shape)) held.emplace_back(&hull_of(shape), hull_of(shape).memory());
     if (has_mesh(shape)) held.emplace_back(&mesh_of(shape), mesh_of(shape).memory().total());
     if (shape.kind() == ShapeKind::voxels)

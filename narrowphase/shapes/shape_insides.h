@@ -46,6 +46,7 @@ struct detail::ShapeInsides {
   static const Hull& hull(const Shape& shape) { return *parts(shape).hull; }
   static const MeshModel& mesh(const Shape& shape) { return *parts(shape).mesh; }
   static const VoxelModel& voxels(const Shape& shape) { return *parts(shape).voxels; }
+  static const void* address_of_parts(const Shape& shape) { return shape.parts_.get(); }  ///< null if it has none
   static std::size_t memory_of_parts(const Shape& shape);  ///< bytes, without what was built
   static Bounds core_bounds(const Shape& shape, const Pose& pose, const WorkLimit* limit) {
     return shape.core_bounds(pose, limit);

@@ -79,9 +79,27 @@ TEST_CASE("many bodies: what 100,000 spheres with a shape each take of memory, b
   const double with_scene = heap();
   const auto a_body = [&](auto bytes) { return static_cast<double>(bytes) / n; };
   const SceneMemory in_scene = scene.memory();
-  CHECK(a_body(in_scene.bodies) < 235);
-  CHECK(a_body(in_scene.shapes) < 140);
+  CHECK(a_body(in_scene.bodies) < 180);
+  CHECK(a_body(in_scene.shapes) < 85);
   CHECK(a_body(in_scene.shape_names) < 1);
+  const auto fall = [&](Pipeline& pipeline) {
+    for (int step = 0; step < 4; ++step) {
+      for (std::uint32_t i = 0; i < scene.indices(); ++i)
+        if (scene.is_static()[i] == 0) {
+          Pose pose = scene.poses()[i];
+          pose.translation.z() -= 1e-3 * scene.shape_of(i).radius();
+          scene.move(i, pose, Vec3::Zero(), Vec3::Zero());
+        }
+      pipeline.step(scene);
+    }
+    return pipeline.memory();
+  };
+  {
+    Pipeline pipeline({.executor = ExecutorKind::sequential});
+    const PipelineMemory in_pipeline = fall(pipeline);
+    REQUIRE(pipeline.contacts().pairs.empty());
+    CHECK(a_body(in_scene.total() + in_pipeline.total()) < 500);
+  }
   for (std::uint32_t i = 0; i < scene.indices(); ++i) {
     if (scene.is_static()[i] != 0) continue;
     Pose pose = scene.poses()[i];
@@ -89,23 +107,14 @@ TEST_CASE("many bodies: what 100,000 spheres with a shape each take of memory, b
     scene.set_pose(scene.id(i), pose);
   }
   Pipeline pipeline({.executor = ExecutorKind::sequential});
-  for (int step = 0; step < 4; ++step) {
-    for (std::uint32_t i = 0; i < scene.indices(); ++i)
-      if (scene.is_static()[i] == 0) {
-        Pose pose = scene.poses()[i];
-        pose.translation.z() -= 1e-3 * scene.shape_of(i).radius();
-        scene.move(i, pose, Vec3::Zero(), Vec3::Zero());
-      }
-    pipeline.step(scene);
-  }
-  const PipelineMemory in_pipeline = pipeline.memory();
-  CHECK(a_body(in_pipeline.bodies) < 75);
-  CHECK(a_body(in_pipeline.broad_phase) < 220);
-  CHECK(a_body(in_pipeline.executor) < 120);
+  const PipelineMemory in_pipeline = fall(pipeline);
+  CHECK(a_body(in_pipeline.bodies) < 65);
+  CHECK(a_body(in_pipeline.broad_phase) < 195);
+  CHECK(a_body(in_pipeline.executor) < 95);
   CHECK(in_pipeline.kept_answers == 0);
   REQUIRE(pipeline.contacts().pairs.size() > n);
   CHECK(in_pipeline.contacts >= pipeline.contacts().pairs.size() * sizeof(PairResult));
-  CHECK(a_body(in_scene.total() + in_pipeline.total() - in_pipeline.contacts) < 720);
+  CHECK(a_body(in_scene.total() + in_pipeline.total() - in_pipeline.contacts) < 600);
   if (empty == 0) return;  // malloc is not glibc's, but a sanitizer's, for example
   // The reported memory is the allocated memory, except for malloc's overhead and partly used large pages.
   const double scene_held = (with_scene - empty) / n, pipeline_held = (heap() - with_scene) / n;

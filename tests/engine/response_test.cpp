@@ -83,7 +83,7 @@ Momenta momenta(const Scene& scene) {
   Momenta sum;
   for (std::uint32_t i = 0; i < scene.indices(); ++i) {
     if (scene.is_static()[i]) continue;
-    const MassProperties& mass = scene.shape_of(i).mass();
+    const MassProperties mass = scene.shape_of(i).mass();
     const Pose& pose = scene.poses()[i];
     const Vec3 linear = scene.densities()[i] * mass.volume * scene.velocities()[i];
     const Vec3 spin = scene.densities()[i] *

@@ -304,6 +304,22 @@ TEST_CASE("scene: bodies and shapes that come one by one take little more room t
   CHECK(static_cast<double>(scene.memory().shapes) < 1.3 * static_cast<double>(copy.memory().shapes));
 }
 
+TEST_CASE("scene: room that was asked for is all that bodies and shapes take") {
+  Scene scene;
+  scene.reserve(1000, 900);
+  const SceneMemory before = scene.memory();
+  for (int i = 0; i < 1000; ++i) {
+    BodyOptions body;
+    body.shape = i < 900 ? scene.add_shape(Sphere{1 + 0.001 * i}) : ShapeId{1, 1};
+    scene.add_body(body);
+  }
+  CHECK(scene.memory().bodies == before.bodies);
+  CHECK(scene.memory().shapes == before.shapes);  // a sphere holds nothing beside itself
+  CHECK(before.shapes == 900 * (sizeof(Shape) + 9));
+  scene.reserve(10);  // never less
+  CHECK(scene.memory().total() == before.total());
+}
+
 TEST_CASE("a body's density and whether it is a sensor may change") {
   Scene scene;
   const ShapeId ball = scene.add_shape(Sphere{1});

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <memory>
 #include <random>
+#include <utility>
 
 #include "catch.h"
 #include "flowgraph/answers/ordered_answers.h"
@@ -19,16 +20,18 @@ namespace {
 class Steps {
  public:
   explicit Steps(double small_ms = 0.3, bool can_order = true, double join_share = 0.1, double heavy_share = 0,
-                 double more_when_shared = 1)
+                 double more_when_shared = 1, int threads = 4)
       : chooser_(StepForm::automatic, small_ms, can_order),
         join_share_(join_share),
         heavy_share_(heavy_share),
-        more_when_shared_(more_when_shared) {}
+        more_when_shared_(more_when_shared),
+        threads_(threads) {}
 
   StepForm step(double caller_ms, double overlapped_ms, double ordered_ms, double pairs = 1000) {
     const StepForm form = chooser_.next();
     ExecutionReport report;
     report.form = form;
+    report.threads = threads_;
     report.join_ms = join_share_ * overlapped_ms;
     report.narrow_ms = caller_ms;
     report.heavy_ms = heavy_share_ * caller_ms;
@@ -41,6 +44,7 @@ class Steps {
  private:
   FormChooser chooser_;
   double join_share_, heavy_share_, more_when_shared_;
+  int threads_;
 };
 
 }  // namespace
@@ -155,6 +159,27 @@ TEST_CASE("step form: a short step goes to the caller though threads that share 
   CHECK(shared < 30);
 }
 
+TEST_CASE("step form: two threads give a step of some work back to the caller where it is faster") {
+  for (const double caller : {1.5, 2.5, 4.0}) {
+    CAPTURE(caller);
+    // Cores that wait for each other's lines: both work all the time, and are no faster.
+    Steps two(0.3, true, 0.1, 0, 2.3, 2);
+    int shared = 0;
+    for (int i = 0; i < 600; ++i) shared += two.step(caller, 1.7 * caller, 1.2 * caller) != StepForm::caller;
+    CHECK(shared < 40);
+    // Where they gain, the caller is tried rarely.
+    Steps gaining(0.3, true, 0.1, 0, 1.2, 2);
+    double sum = 0;
+    for (int i = 0; i < 600; ++i) {
+      const StepForm form = gaining.step(caller, 0.7 * caller, 0.6 * caller);
+      sum += caller * (form == StepForm::caller ? 1 : form == StepForm::overlapped ? 0.7 : 0.6);
+    }
+    CHECK(sum < 1.03 * 600 * 0.6 * caller);
+  }
+  Steps four(0.3, true, 0.1, 0, 2.3, 4);
+  for (int i = 0; i < 300; ++i) CHECK(four.step(2.5, 4, 3) != StepForm::caller);
+}
+
 TEST_CASE("step form: small steps stay on the caller unless none may") {
   Steps small;
   small.step(0.1, 0.05, 0.05);
@@ -263,13 +288,24 @@ TEST_CASE("pair order: as a sort by (a, b)") {
         PairOrder order;
         order.sort(all, bodies);
         CHECK(std::ranges::equal(order.sorted(), expected));
-        order.sort(all, bodies);  // the same again
-        CHECK(std::ranges::equal(order.sorted(), expected));
+        for (int again = 0; again < 3; ++again) {  // noted, then seen to be the same
+          order.sort(all, bodies);
+          REQUIRE(std::ranges::equal(order.sorted(), expected));
+        }
         order.begin(all, bodies);
         for (std::size_t stage = 0; stage < PairOrder::stages; ++stage)
           for (std::size_t block = order.open(stage); block-- > 0;) order.run(stage, block);
         CHECK(std::ranges::equal(order.sorted(), expected));
         if (keys.empty()) continue;
+        const Pair other{0, static_cast<std::uint32_t>(bodies)}, given = std::exchange(all.front()->pairs[0], other);
+        for (int again = 0; again < 2; ++again) {  // as many, and one of them another
+          order.sort(all, bodies + 1);
+          REQUIRE(std::ranges::is_sorted(order.sorted()));
+          REQUIRE_FALSE(std::ranges::equal(order.sorted(), expected));
+        }
+        all.front()->pairs[0] = given;
+        order.sort(all, bodies);
+        CHECK(std::ranges::equal(order.sorted(), expected));
         std::swap(all.front(), all.back());
         --all.back()->count;  // one pair less, in another order
         order.sort(all, bodies);

@@ -20,6 +20,7 @@
 #include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/shape.h"
+#include "tandem/narrowphase/shape_memory.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -236,28 +237,29 @@ TEST_CASE("building: adjacency, hull and mass are made when they are asked for, 
   CHECK(before.adjacency == 0);
   CHECK(before.hierarchy > 60 * input.triangles.size());
 
-  std::array<const MassProperties*, 8> mass{};
+  std::array<MassProperties, 8> mass{};
   std::array<const Hull*, 8> hull{};
   std::array<const std::vector<MeshModel::Component>*, 8> components{};
   std::array<Bounds, 8> bounds{};
   std::array<const MeshModel::Neighbours*, 8> neighbours{};
   on_throwing_threads(8, [&](std::size_t k) {
     const Shape copy = shape;
-    mass[k] = &copy.mass();
+    mass[k] = copy.mass();
     hull[k] = &mesh_of(copy).hull();
     components[k] = &mesh_of(copy).components();
     bounds[k] = copy.bounds(Pose::at(1, 2, 3));
     neighbours[k] = &mesh_of(copy).neighbours();
   });
   for (std::size_t k = 1; k < 8; ++k) {
-    CHECK(mass[k] == mass[0]);
+    CHECK(mass[k].volume == mass[0].volume);
+    CHECK(mass[k].inertia == mass[0].inertia);
     CHECK(hull[k] == hull[0]);
     CHECK(components[k] == components[0]);
     CHECK(bounds[k].lo == bounds[0].lo);
     CHECK(neighbours[k] == neighbours[0]);
   }
-  CHECK(mass[0]->volume == other.mass().volume);
-  CHECK(mass[0]->inertia == other.mass().inertia);
+  CHECK(mass[0].volume == other.mass().volume);
+  CHECK(mass[0].inertia == other.mass().inertia);
   CHECK(shape.memory_by_part().hull > 0);
   CHECK(shape.memory_by_part().adjacency >= input.triangles.size() * 12);
   CHECK(shape.memory_by_part().hierarchy == before.hierarchy);
@@ -287,5 +289,18 @@ TEST_CASE("building: a shape's identity is its copies', and no other's") {
   CHECK(other.identity() != shape.identity());
   CHECK(round.identity() != shape.identity());
   CHECK(round.mass().volume == shape.mass().volume);
-  CHECK(Shape(Sphere{1}).identity() != Shape(Sphere{1}).rounded(1).identity());
+  const Shape ball = Sphere{1};
+  CHECK(ball.identity() == Shape(Sphere{1}).identity());
+  CHECK(ball.identity() != ball.rounded(1).identity());
+  CHECK(Shape(Sphere{0}).identity() != 0);
+  CHECK(Shape(Sphere{0}).identity() != ball.identity());
+  CHECK(Shape(Box{Vec3(1, 1, 1)}).identity() != Shape(Box{Vec3(1, 1, 1)}).identity());
+}
+
+TEST_CASE("building: a sphere holds nothing beside itself, its mass told or not") {
+  const Shape ball = Sphere{2};
+  CHECK(ball.mass().volume == Shape(Ellipsoid{Vec3(2, 2, 2)}).mass().volume);
+  CHECK(ball.memory() == 0);
+  CHECK(memory_of(std::vector<Shape>{ball, Sphere{1}, ball}) == 0);
+  CHECK(memory_of(std::vector<Shape>{ball, Box{Vec3(1, 1, 1)}}) > 0);
 }

@@ -191,7 +191,7 @@ TEST_CASE("mass properties agree with sampling") {
     const Vec3 centre = first / volume;
     const Mat3 spread = (second - volume * centre * centre.transpose()) * cell;
     const Mat3 inertia = spread.trace() * Mat3::Identity() - spread;
-    const MassProperties& m = shape.mass();
+    const MassProperties m = shape.mass();
     CAPTURE(name(shape.kind()));
     CHECK(m.volume == Approx(volume * cell).epsilon(0.02));
     CHECK((m.centre - centre).norm() < 0.01 * shape.size());

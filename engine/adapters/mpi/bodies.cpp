@@ -107,7 +107,7 @@ ShapeId Bodies::add_shape(Shape shape, std::string name) {
     ball.radius = ball.reach = std::numeric_limits<double>::infinity();
   }
   // These numbers distinguish shapes in all but contrived cases.
-  const MassProperties& mass = shape.mass();
+  const MassProperties mass = shape.mass();
   shapes_hash_ = mixed(shapes_hash_, static_cast<double>(shape.kind()));
   for (const double parameter : shape.parameters()) shapes_hash_ = mixed(shapes_hash_, parameter);
   for (const double x : {shape.size(), mass.volume, mass.centre.x(), mass.centre.y(), mass.centre.z(),

@@ -87,7 +87,7 @@ class Scene {
   void set_continuous(BodyId id, bool continuous);
   void set_density(BodyId id, double density);
   void set_sensor(BodyId id, bool is_sensor);
-  void reserve(std::size_t bodies);  ///< room for so many in all
+  void reserve(std::size_t bodies, std::size_t shapes = 0);  ///< room for so many in all
   SceneMemory memory() const;
   /// m/s of the centre of mass; rad/s, world axes; finite, else std::invalid_argument.
   void set_velocity(BodyId id, const Vec3& velocity, const Vec3& angular_velocity);

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -143,12 +144,13 @@ class Shape {
   Bounds bounds(const Pose& pose, const WorkLimit* limit) const;
   /// The diagonal of the box in the shape's frame; the unit of relative errors. 0 for half-space, plane and a point.
   double size() const { return size_; }
-  const MassProperties& mass() const;  ///< computed at the first call, from any thread
+  MassProperties mass() const;  ///< computed at the first call, from any thread; that of a sphere at each call
   ShapeMemory memory_by_part() const;
   std::size_t memory() const { return memory_by_part().total(); }  ///< heap memory in bytes
 
-  /// Identifies the data that copies of a shape share: equal for two shapes only if one is a copy of the other.
-  const void* identity() const { return parts_.get(); }
+  /// Identifies a shape, never 0: equal for two shapes only if one is a copy of the other or both are spheres of the
+  /// same radius.
+  std::uint64_t identity() const;
 
  private:
   friend struct detail::ShapeInsides;
@@ -159,7 +161,8 @@ class Shape {
   std::array<double, 4> param_{};
   double size_ = 0;
   double rounding_ = 0;
-  std::shared_ptr<const detail::SharedParts> parts_;  // a single pointer, since there may be a shape for each body
+  // A single pointer, null for a sphere, since there may be a shape for each body.
+  std::shared_ptr<const detail::SharedParts> parts_;
 };
 
 /// Two posed shapes, not owned.
