@@ -478,6 +478,7 @@ void screen_triangles(const ScreeningShape* shape, const TriangleBlock* block, s
     case ShapeKind::halfspace:
     case ShapeKind::plane:
     case ShapeKind::triangle:
+    case ShapeKind::voxels:
     case ShapeKind::mesh:
       return screen(HullLanes{*shape, out->outside_of}, *block, within, *out);
   }
