@@ -479,6 +479,7 @@ void screen_triangles(const ScreeningShape* shape, const TriangleBlock* block, s
     case ShapeKind::plane:
     case ShapeKind::triangle:
     case ShapeKind::mesh:
+    case ShapeKind::voxels:
       return screen(HullLanes{*shape, out->outside_of}, *block, within, *out);
   }
 }
