@@ -379,3 +379,23 @@ TEST_CASE("voxels: two sets of cells, depths by penetration_depth, memory") {
   CHECK(wide.cells().size() == sheet.size());
   CHECK(wide.memory() < 24 * sheet.size());
 }
+
+TEST_CASE("voxels: a contact's feature names a cell that it touches, also where one has hundreds") {
+  // A large cell under a hundred small ones, apart from each other, of a set with fewer cells.
+  std::vector<std::array<std::int32_t, 3>> small;
+  for (std::int32_t i = 0; i < 100; ++i) small.push_back({2 * (i % 10), 2 * (i / 10), 0});
+  Voxels v{{{{0, 0, -32}, 5}}, 1};
+  for (std::int32_t i = 0; i < 120; ++i) v.cells.push_back({{40 + 2 * i, 0, 0}, 0});
+  const Shape ground(v), feet = voxels(small, 1);
+  REQUIRE(ground.cells()[0].level == 5);
+  for (const bool exchanged : {false, true}) {
+    std::vector<Contact> contacts;
+    const Pose at = Pose::at(2, 2, -0.01);
+    if (exchanged)
+      NarrowPhase().solve(feet, at, ground, {}, Request::contacts, &contacts);
+    else
+      NarrowPhase().solve(ground, {}, feet, at, Request::contacts, &contacts);
+    CHECK(contacts.size() == 4);
+    for (const Contact& c : contacts) CHECK(c.feature / 64 == 0);
+  }
+}
