@@ -399,3 +399,44 @@ TEST_CASE("voxels: a contact's feature names a cell that it touches, also where 
     for (const Contact& c : contacts) CHECK(c.feature / 64 == 0);
   }
 }
+
+TEST_CASE("voxels: what sinks into a floor beside an edge between cells is pushed up, held at both its ends") {
+  // Each cell by itself pushes it sideways into the next one.
+  const std::vector<std::uint8_t> all(36, 1);
+  const Shape floor = occupancy_grid(all, {6, 6, 1}, 1, Vec3(-3, -3, 0));
+  Pose lying = Pose::at(0.95, 0.1, 0.9);
+  lying.rotation = Eigen::AngleAxisd(std::acos(-1) / 2, Vec3::UnitX()).toRotationMatrix();
+  const Shape capsule = Capsule{0.3, 2}, box = Box{{0.2, 2, 0.2}};
+  for (const bool bounds : {true, false}) {
+    CAPTURE(bounds);
+    const NarrowPhase n({.margin = 0.001, .mesh_bounds = bounds});
+    std::vector<Contact> contacts;
+    const PairAnswer answer = n.solve(floor, {}, capsule, lying, Request::contacts, &contacts);
+    CHECK(answer.signed_distance == Approx(-0.4));
+    REQUIRE(contacts.size() == 2);
+    for (const Contact& c : contacts) {
+      CHECK(c.normal.z() == Approx(1));
+      CHECK(c.depth == Approx(0.4));
+      CHECK(c.point.z() == Approx(0.8));
+      CHECK(std::abs(c.point.y() - 0.1) == Approx(1));
+      const VoxelCell& cell = floor.cells()[c.feature / 64];
+      CHECK(cell.corner[0] == 3);
+      CHECK(cell.corner[1] == 3 + std::floor(c.point.y()));
+    }
+    contacts.clear();
+    n.solve(floor, {}, box, Pose::at(0.95, 0.1, 0.9), Request::contacts, &contacts);
+    CHECK(contacts.size() == 4);
+    for (const Contact& c : contacts) {
+      CHECK(c.normal.z() == Approx(1));
+      CHECK(c.depth == Approx(0.2));
+    }
+    // Across the rows: only some of the cells push it sideways.
+    Pose across = lying;
+    across.rotation = Eigen::AngleAxisd(0.3, Vec3::UnitZ()) * lying.rotation;
+    contacts.clear();
+    n.solve(floor, {}, capsule, across, Request::contacts, &contacts);
+    REQUIRE(contacts.size() == 2);
+    for (const Contact& c : contacts) CHECK(c.depth == Approx(0.4));
+    CHECK((contacts[0].point - contacts[1].point).norm() == Approx(2));
+  }
+}
