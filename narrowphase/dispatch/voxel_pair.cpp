@@ -40,11 +40,27 @@ std::uint32_t feature_of_cell(VoxelRef cell, std::size_t k) {
   return static_cast<std::uint32_t>(cell * contacts_of_one + std::min<std::size_t>(k, contacts_of_one - 1));
 }
 
+/// The boxes of the cells of each level, of voxels with rounding; else none.
+std::vector<Shape> rounded_boxes(const Shape& voxels) {
+  std::vector<Shape> boxes;
+  if (voxels.kind() == ShapeKind::voxels && voxels.rounding() > 0)
+    for (const Shape& box : voxels_of(voxels).boxes) boxes.push_back(box.rounded(voxels.rounding()));
+  return boxes;
+}
+
 /// Voxels (A) and another shape, in world axes about the voxels' origin.
 class VoxelPair {
  public:
   VoxelPair(const Shape& voxels, const Pose& pose, const Shape& other, const Pose& other_pose,
             const NarrowPhaseOptions& options)
+      : VoxelPair(voxels, pose, other, other_pose, options, nullptr) {
+    own_boxes_ = rounded_boxes(voxels);
+    other_boxes_ = rounded_boxes(other);
+  }
+
+  /// With the rounded boxes of the voxels (null: none), which another pair has made.
+  VoxelPair(const Shape& voxels, const Pose& pose, const Shape& other, const Pose& other_pose,
+            const NarrowPhaseOptions& options, const std::vector<Shape>* boxes)
       : voxels_(voxels),
         model_(voxels_of(voxels)),
         pose_(pose),
@@ -52,10 +68,10 @@ class VoxelPair {
         other_pose_(other_pose),
         options_(options),
         gap_(voxels, pose, other, other_pose, options.limit),
-        meter_(options.limit) {
-    if (voxels.rounding() > 0)
-      for (const Shape& box : model_.boxes) rounded_boxes_.push_back(box.rounded(voxels.rounding()));
-  }
+        meter_(options.limit),
+        rounded_boxes_(boxes != nullptr ? *boxes : own_boxes_) {}
+  VoxelPair(const VoxelPair&) = delete;
+  VoxelPair& operator=(const VoxelPair&) = delete;
 
   bool collide() {
     return !model_.each_cell(
@@ -113,7 +129,8 @@ class VoxelPair {
   const NarrowPhaseOptions& options_;
   const VoxelGap gap_;
   WorkMeter meter_;
-  std::vector<Shape> rounded_boxes_;  // by level, of voxels with rounding
+  std::vector<Shape> own_boxes_, other_boxes_;
+  const std::vector<Shape>& rounded_boxes_;  // by level, of voxels with rounding
   std::vector<Contact> of_cell_;
   std::vector<Vec3> left_out_;  // normals of contacts of covered places
 };
@@ -124,7 +141,7 @@ PairAnswer VoxelPair::solve_cell(VoxelRef cell, Request request, const NarrowPha
   const Shape& box = rounded_boxes_.empty() ? model_.box_of(cell) : rounded_boxes_[model_.cells[cell].level];
   const Pose pose = at(model_.centre(cell));
   if (other_.kind() != ShapeKind::voxels) return solve_pair(box, pose, other_, other_pose_, request, options, contacts);
-  VoxelPair cells(other_, other_pose_, box, pose, options);
+  VoxelPair cells(other_, other_pose_, box, pose, options, &other_boxes_);
   PairAnswer answer;
   if (request == Request::collide) {
     answer.collide = cells.collide();
