@@ -339,6 +339,7 @@ TEST_CASE("voxels: bad input is refused by name") {
   refused({{{{0, -(1 << 20) - 1, 0}, 0}}, 1}, "cells[0]");
   refused({{{{1, 0, 0}, 1}}, 1}, "multiple of 2");
   refused({{{{0, 1 << 19, 0}, 0}}, 1e29}, "farthest coordinate");
+  refused({{{{-1, 0, 0}, 0}, {{0, 0, 0}, 0}}, 9e29}, "width of all cells");
   refused({{{{0, 0, 0}, 21}}, 1}, "level");
   refused({{{{std::numeric_limits<std::int32_t>::max(), 0, 0}, 0}}, 1}, "cells[0]");
   refused({{{{0, 0, std::numeric_limits<std::int32_t>::min()}, 3}}, 1}, "cells[0]");
@@ -438,5 +439,25 @@ TEST_CASE("voxels: what sinks into a floor beside an edge between cells is pushe
     REQUIRE(contacts.size() == 2);
     for (const Contact& c : contacts) CHECK(c.depth == Approx(0.4));
     CHECK((contacts[0].point - contacts[1].point).norm() == Approx(2));
+  }
+}
+
+TEST_CASE("voxels: cells as small and as large as lengths may be, with what has cells itself") {
+  const NarrowPhase n;
+  for (const double size : {1e-30, 2.4e29}) {
+    CAPTURE(size);
+    const std::vector<std::array<std::int32_t, 3>> two{{-1, 0, 0}, {0, 0, 0}};
+    const Shape pair = voxels(two, size);
+    for (const Shape& other : {pair, Shape(Box{size * Vec3(2, 1, 1)}), voxel_mesh(two, size)}) {
+      CAPTURE(name(other.kind()));
+      const double middle = other.kind() == ShapeKind::box ? size / 2 : 0;
+      const auto at = [&](double x) { return Pose::at(x * size, middle, middle); };
+      CHECK(n.solve(pair, {}, other, at(1.5), Request::collide).collide);
+      CHECK_FALSE(n.solve(pair, {}, other, at(2.5), Request::collide).collide);
+      CHECK(n.solve(pair, {}, other, at(2.5), Request::distance).signed_distance == Approx(size / 2).epsilon(1e-8));
+      std::vector<Contact> contacts;
+      n.solve(pair, {}, other, at(1.75), Request::contacts, &contacts);
+      CHECK_FALSE(contacts.empty());
+    }
   }
 }
