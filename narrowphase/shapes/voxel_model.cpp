@@ -8,6 +8,7 @@
 #include <string>
 #include <tuple>
 
+#include "shapes/voxel_reach.h"
 #include "shapes/written.h"
 #include "tolerances.h"
 
@@ -212,18 +213,19 @@ bool VoxelModel::has(const std::array<std::int64_t, 3>& place) const {
 }
 
 double farthest_along(const VoxelModel& voxels, const Vec3& direction) {
+  return farthest_along(voxels, direction, nullptr);
+}
+
+double farthest_along(const VoxelModel& voxels, const Vec3& direction, const WorkLimit* limit) {
   const Vec3 steep = direction.cwiseAbs();
-  double most = -infinity;
-  const auto reach = [&](VoxelRef ref) {
-    const auto [mid, half] = voxels.box(ref);
-    return direction.dot(mid) + steep.dot(half);
-  };
-  voxels.each_cell([&](VoxelRef ref) { return reach(ref) > most; },
-                   [&](VoxelRef cell) {
-                     most = reach(cell);
-                     return true;
-                   });
-  return most;
+  WorkMeter meter(limit);
+  return greatest_of_cells(
+      voxels,
+      [&](VoxelRef ref) {
+        const auto [mid, half] = voxels.box(ref);
+        return direction.dot(mid) + steep.dot(half);
+      },
+      meter);
 }
 
 MassProperties voxel_mass(const VoxelModel& voxels) {

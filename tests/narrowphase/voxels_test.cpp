@@ -11,6 +11,7 @@
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/penetration.h"
 #include "tandem/narrowphase/shape_makers.h"
+#include "tandem/narrowphase/work_limit.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -460,4 +461,30 @@ TEST_CASE("voxels: cells as small and as large as lengths may be, with what has 
       CHECK_FALSE(contacts.empty());
     }
   }
+}
+
+TEST_CASE("voxels: the box of a stair and its way to a plane visit few cells, and end where a limit says") {
+  std::vector<std::array<std::int32_t, 3>> stair;
+  for (std::int32_t i = 0; i < 1 << 17; ++i) stair.push_back({i, i, i});
+  const Shape shape = voxels(stair, 0.01);
+  int checks = 0;
+  WorkLimit limit;
+  limit.ended = [&] { return ++checks > 1000000; };
+  Pose turned;
+  turned.rotation = Eigen::AngleAxisd(0.1, Vec3::UnitX()).toRotationMatrix();
+  CHECK(shape.bounds(turned, &limit).hi.x() == Approx(0.01 * (1 << 17)));
+  CHECK(checks > 0);
+  CHECK(checks < 30);
+  checks = 0;
+  const NarrowPhase n({.limit = &limit});
+  const Shape plane = Plane{{1, 1, 1}, 0};
+  const auto t = n.time_of_impact(shape, Pose::at(-5000, 0, 0), Vec3(1, 0, 0), plane, {}, Vec3::Zero(), 1e4);
+  REQUIRE(t);
+  CHECK(*t == Approx(5000 - 0.03 * (1 << 17)));
+  CHECK(checks < 100);
+  // All cells of it are equally far.
+  limit.ended = [&] { return ++checks > 20; };
+  turned.rotation = Eigen::AngleAxisd(std::acos(-1) / 4, Vec3::UnitZ()).toRotationMatrix();
+  checks = 0;
+  CHECK_THROWS_AS(shape.bounds(turned, &limit), WorkStopped);
 }
