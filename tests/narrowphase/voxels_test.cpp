@@ -382,26 +382,6 @@ TEST_CASE("voxels: two sets of cells, depths by penetration_depth, memory") {
   CHECK(wide.memory() < 24 * sheet.size());
 }
 
-TEST_CASE("voxels: a contact's feature names a cell that it touches, also where one has hundreds") {
-  // A large cell under a hundred small ones, apart from each other, of a set with fewer cells.
-  std::vector<std::array<std::int32_t, 3>> small;
-  for (std::int32_t i = 0; i < 100; ++i) small.push_back({2 * (i % 10), 2 * (i / 10), 0});
-  Voxels v{{{{0, 0, -32}, 5}}, 1};
-  for (std::int32_t i = 0; i < 120; ++i) v.cells.push_back({{40 + 2 * i, 0, 0}, 0});
-  const Shape ground(v), feet = voxels(small, 1);
-  REQUIRE(ground.cells()[0].level == 5);
-  for (const bool exchanged : {false, true}) {
-    std::vector<Contact> contacts;
-    const Pose at = Pose::at(2, 2, -0.01);
-    if (exchanged)
-      NarrowPhase().solve(feet, at, ground, {}, Request::contacts, &contacts);
-    else
-      NarrowPhase().solve(ground, {}, feet, at, Request::contacts, &contacts);
-    CHECK(contacts.size() == 4);
-    for (const Contact& c : contacts) CHECK(c.feature / 64 == 0);
-  }
-}
-
 TEST_CASE("voxels: what sinks into a floor beside an edge between cells is pushed up, held at both its ends") {
   // Each cell by itself pushes it sideways into the next one.
   const std::vector<std::uint8_t> all(36, 1);
@@ -443,23 +423,23 @@ TEST_CASE("voxels: what sinks into a floor beside an edge between cells is pushe
   }
 }
 
-TEST_CASE("voxels: cells as small and as large as lengths may be, with what has cells itself") {
-  const NarrowPhase n;
-  for (const double size : {1e-30, 2.4e29}) {
-    CAPTURE(size);
-    const std::vector<std::array<std::int32_t, 3>> two{{-1, 0, 0}, {0, 0, 0}};
-    const Shape pair = voxels(two, size);
-    for (const Shape& other : {pair, Shape(Box{size * Vec3(2, 1, 1)}), voxel_mesh(two, size)}) {
-      CAPTURE(name(other.kind()));
-      const double middle = other.kind() == ShapeKind::box ? size / 2 : 0;
-      const auto at = [&](double x) { return Pose::at(x * size, middle, middle); };
-      CHECK(n.solve(pair, {}, other, at(1.5), Request::collide).collide);
-      CHECK_FALSE(n.solve(pair, {}, other, at(2.5), Request::collide).collide);
-      CHECK(n.solve(pair, {}, other, at(2.5), Request::distance).signed_distance == Approx(size / 2).epsilon(1e-8));
-      std::vector<Contact> contacts;
-      n.solve(pair, {}, other, at(1.75), Request::contacts, &contacts);
-      CHECK_FALSE(contacts.empty());
-    }
+TEST_CASE("voxels: a contact's feature names a cell that it touches, also where one has hundreds") {
+  // A large cell under a hundred small ones, apart from each other, of a set with fewer cells.
+  std::vector<std::array<std::int32_t, 3>> small;
+  for (std::int32_t i = 0; i < 100; ++i) small.push_back({2 * (i % 10), 2 * (i / 10), 0});
+  Voxels v{{{{0, 0, -32}, 5}}, 1};
+  for (std::int32_t i = 0; i < 120; ++i) v.cells.push_back({{40 + 2 * i, 0, 0}, 0});
+  const Shape ground(v), feet = voxels(small, 1);
+  REQUIRE(ground.cells()[0].level == 5);
+  for (const bool exchanged : {false, true}) {
+    std::vector<Contact> contacts;
+    const Pose at = Pose::at(2, 2, -0.01);
+    if (exchanged)
+      NarrowPhase().solve(feet, at, ground, {}, Request::contacts, &contacts);
+    else
+      NarrowPhase().solve(ground, {}, feet, at, Request::contacts, &contacts);
+    CHECK(contacts.size() == 4);
+    for (const Contact& c : contacts) CHECK(c.feature / 64 == 0);
   }
 }
 
@@ -487,4 +467,50 @@ TEST_CASE("voxels: the box of a stair and its way to a plane visit few cells, an
   turned.rotation = Eigen::AngleAxisd(std::acos(-1) / 4, Vec3::UnitZ()).toRotationMatrix();
   checks = 0;
   CHECK_THROWS_AS(shape.bounds(turned, &limit), WorkStopped);
+}
+
+TEST_CASE("voxels: cells as small and as large as lengths may be, with what has cells itself") {
+  const NarrowPhase n;
+  for (const double size : {1e-30, 2.4e29}) {
+    CAPTURE(size);
+    const std::vector<std::array<std::int32_t, 3>> two{{-1, 0, 0}, {0, 0, 0}};
+    const Shape pair = voxels(two, size);
+    for (const Shape& other : {pair, Shape(Box{size * Vec3(2, 1, 1)}), voxel_mesh(two, size)}) {
+      CAPTURE(name(other.kind()));
+      const double middle = other.kind() == ShapeKind::box ? size / 2 : 0;
+      const auto at = [&](double x) { return Pose::at(x * size, middle, middle); };
+      CHECK(n.solve(pair, {}, other, at(1.5), Request::collide).collide);
+      CHECK_FALSE(n.solve(pair, {}, other, at(2.5), Request::collide).collide);
+      CHECK(n.solve(pair, {}, other, at(2.5), Request::distance).signed_distance == Approx(size / 2).epsilon(1e-8));
+      std::vector<Contact> contacts;
+      n.solve(pair, {}, other, at(1.75), Request::contacts, &contacts);
+      CHECK_FALSE(contacts.empty());
+    }
+  }
+}
+
+TEST_CASE("voxels: with a solver named, verdicts, distances and contacts are those of cells as without") {
+  Random r(408);
+  const NarrowPhase plain;
+  int hits = 0;
+  for (const char* solver : {"mpr", "libccd", "gjk"}) {
+    const NarrowPhase named({.solver = solver});
+    for (int i = 0; i < 20; ++i) {
+      const Shape shape = random_voxels(r, 20), other = random_shape(static_cast<ShapeKind>(i % 8), r);
+      const Pose at = random_pose(r, 0.5), pose = random_pose(r, 1);
+      CAPTURE(solver, i);
+      if (!named.refuses(shape, other, Request::collide).empty()) continue;
+      const PairAnswer answer = plain.solve(shape, at, other, pose, Request::distance);
+      hits += answer.collide;
+      CHECK(named.solve(shape, at, other, pose, Request::collide).collide == answer.collide);
+      if (!named.refuses(shape, other, Request::distance).empty()) continue;
+      CHECK(named.solve(shape, at, other, pose, Request::distance).signed_distance == answer.signed_distance);
+      std::vector<Contact> contacts, others;
+      plain.solve(shape, at, other, pose, Request::contacts, &contacts);
+      named.solve(shape, at, other, pose, Request::contacts, &others);
+      REQUIRE(contacts.size() == others.size());
+      for (std::size_t c = 0; c < contacts.size(); ++c) CHECK(contacts[c].point == others[c].point);
+    }
+  }
+  CHECK(hits > 5);
 }
