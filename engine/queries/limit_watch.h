@@ -10,10 +10,11 @@ namespace tandem {
 class LimitWatch {
  public:
   static constexpr unsigned a_candidate = 1, a_pair = 16, between_checks = 64;
-  /// The units of a pair: one whose hulls have many vertices may take dozens of microseconds.
+  /// The units of a pair: one whose hulls have many vertices, or of many cells, may take dozens of microseconds.
   static unsigned of_pair(const Shape& a, const Shape& b) {
     constexpr std::size_t many = 256;
-    return a.vertices().size() + b.vertices().size() < many ? a_pair : between_checks;
+    const auto count = [](const Shape& shape) { return shape.vertices().size() + shape.cells().size(); };
+    return count(a) + count(b) < many ? a_pair : between_checks;
   }
 
   /// Null: no limit.

@@ -10,6 +10,7 @@
 #include "dispatch/swept_body.h"
 #include "meshes/mesh_solvers.h"
 #include "pairs/convex_pair.h"
+#include "shapes/voxel_reach.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tolerances.h"
 
@@ -162,31 +163,31 @@ ClosingGap gap_of_mesh_and_plane(const Posed& mesh, const Posed& plane, const Ve
 }
 
 /// The same of voxels.
-ClosingGap gap_of_voxels_and_plane(const Posed& voxels, const Posed& plane, const Vec3& along, double radius) {
+ClosingGap gap_of_voxels_and_plane(const Posed& voxels, const Posed& plane, const Vec3& along, double radius,
+                                   const WorkLimit* limit) {
   const PlaneInMesh seen(voxels.pose, plane);
   const VoxelModel& model = voxels_of(voxels.shape);
   const double rising = seen.up.dot(along), sense = rising < 0 ? 1 : -1;
-  double least = infinity;
-  const auto height = [&](VoxelRef ref, double reach_sense) {
-    const auto [mid, half] = model.box(ref);
-    return sense * (seen.local.dot(mid) - seen.level) + reach_sense * seen.local.cwiseAbs().dot(half);
-  };
+  WorkMeter meter(limit);
   // Those that lie behind the plane as it comes have been passed.
-  model.each_cell([&](VoxelRef ref) { return height(ref, 1) > 0 && height(ref, -1) < least; },
-                  [&](VoxelRef cell) {
-                    least = height(cell, -1);
-                    return true;
-                  });
-  return {std::max(least, 0.0) - radius, std::abs(rising)};
+  const double nearest = -greatest_of_cells(
+      model,
+      [&](VoxelRef ref) {
+        const auto [mid, half] = model.box(ref);
+        const double height = sense * (seen.local.dot(mid) - seen.level), reach = seen.local.cwiseAbs().dot(half);
+        return height + reach > 0 ? reach - height : -infinity;
+      },
+      meter);
+  return {std::max(nearest, 0.0) - radius, std::abs(rising)};
 }
 
 ClosingGap gap_to_unbounded(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const Vec3& along,
                             const NarrowPhaseOptions& options) {
   const double radius = a.rounding() + b.rounding();
   if (b.kind() == ShapeKind::voxels && a.kind() == ShapeKind::plane)
-    return gap_of_voxels_and_plane({b, pose_b}, {a, pose_a}, along, radius);
+    return gap_of_voxels_and_plane({b, pose_b}, {a, pose_a}, along, radius, options.limit);
   if (a.kind() == ShapeKind::voxels && b.kind() == ShapeKind::plane)
-    return gap_of_voxels_and_plane({a, pose_a}, {b, pose_b}, -along, radius);
+    return gap_of_voxels_and_plane({a, pose_a}, {b, pose_b}, -along, radius, options.limit);
   if (!b.is_convex() && a.kind() == ShapeKind::plane)
     return gap_of_mesh_and_plane({b, pose_b}, {a, pose_a}, along, radius, options.limit);
   if (!a.is_convex() && b.kind() == ShapeKind::plane)

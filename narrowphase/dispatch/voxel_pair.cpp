@@ -11,6 +11,7 @@
 
 #include "dispatch/voxel_gap.h"
 #include "manifold/patch_collector.h"
+#include "manifold/patch_point.h"
 #include "meshes/mesh_solvers.h"
 #include "shapes/lent_memory.h"
 #include "shapes/pair_order.h"
@@ -34,11 +35,32 @@ struct CellsFound {
   }
 };
 
+/// The feature of a cell's k-th contact.
+std::uint32_t feature_of_cell(VoxelRef cell, std::size_t k) {
+  return static_cast<std::uint32_t>(cell * contacts_of_one + std::min<std::size_t>(k, contacts_of_one - 1));
+}
+
+/// The boxes of the cells of each level, of voxels with rounding; else none.
+std::vector<Shape> rounded_boxes(const Shape& voxels) {
+  std::vector<Shape> boxes;
+  if (voxels.kind() == ShapeKind::voxels && voxels.rounding() > 0)
+    for (const Shape& box : voxels_of(voxels).boxes) boxes.push_back(box.rounded(voxels.rounding()));
+  return boxes;
+}
+
 /// Voxels (A) and another shape, in world axes about the voxels' origin.
 class VoxelPair {
  public:
   VoxelPair(const Shape& voxels, const Pose& pose, const Shape& other, const Pose& other_pose,
             const NarrowPhaseOptions& options)
+      : VoxelPair(voxels, pose, other, other_pose, options, nullptr) {
+    own_boxes_ = rounded_boxes(voxels);
+    other_boxes_ = rounded_boxes(other);
+  }
+
+  /// With the rounded boxes of the voxels (null: none), which another pair has made.
+  VoxelPair(const Shape& voxels, const Pose& pose, const Shape& other, const Pose& other_pose,
+            const NarrowPhaseOptions& options, const std::vector<Shape>* boxes)
       : voxels_(voxels),
         model_(voxels_of(voxels)),
         pose_(pose),
@@ -46,10 +68,10 @@ class VoxelPair {
         other_pose_(other_pose),
         options_(options),
         gap_(voxels, pose, other, other_pose, options.limit),
-        meter_(options.limit) {
-    if (voxels.rounding() > 0)
-      for (const Shape& box : model_.boxes) rounded_boxes_.push_back(box.rounded(voxels.rounding()));
-  }
+        meter_(options.limit),
+        rounded_boxes_(boxes != nullptr ? *boxes : own_boxes_) {}
+  VoxelPair(const VoxelPair&) = delete;
+  VoxelPair& operator=(const VoxelPair&) = delete;
 
   bool collide() {
     return !model_.each_cell(
@@ -94,6 +116,8 @@ class VoxelPair {
   bool is_covered(VoxelRef cell, const Contact& contact) const;
   PairAnswer depth(const CellsFound& found) const;
   PairAnswer depth_of_sides(double certain) const;
+  bool is_left_out_aslant(const Vec3& normal) const;
+  void put_patch(const PairAnswer& whole, std::vector<Contact>& out, std::size_t first);
   bool separates(const Vec3& translation) const;
   double slack() const { return tolerance::translation_slack * (voxels_.size() + other_.size()); }
 
@@ -105,8 +129,10 @@ class VoxelPair {
   const NarrowPhaseOptions& options_;
   const VoxelGap gap_;
   WorkMeter meter_;
-  std::vector<Shape> rounded_boxes_;  // by level, of voxels with rounding
+  std::vector<Shape> own_boxes_, other_boxes_;
+  const std::vector<Shape>& rounded_boxes_;  // by level, of voxels with rounding
   std::vector<Contact> of_cell_;
+  std::vector<Vec3> left_out_;  // normals of contacts of covered places
 };
 
 PairAnswer VoxelPair::solve_cell(VoxelRef cell, Request request, const NarrowPhaseOptions& options,
@@ -115,7 +141,7 @@ PairAnswer VoxelPair::solve_cell(VoxelRef cell, Request request, const NarrowPha
   const Shape& box = rounded_boxes_.empty() ? model_.box_of(cell) : rounded_boxes_[model_.cells[cell].level];
   const Pose pose = at(model_.centre(cell));
   if (other_.kind() != ShapeKind::voxels) return solve_pair(box, pose, other_, other_pose_, request, options, contacts);
-  VoxelPair cells(other_, other_pose_, box, pose, options);
+  VoxelPair cells(other_, other_pose_, box, pose, options, &other_boxes_);
   PairAnswer answer;
   if (request == Request::collide) {
     answer.collide = cells.collide();
@@ -212,7 +238,11 @@ CellsFound VoxelPair::each_contact(Visit&& visit) {
                      const PairAnswer answer = solve_cell(cell, Request::contacts, of_cell, &of_cell_);
                      if (of_cell_.empty()) return true;
                      found.take(answer);
-                     std::erase_if(of_cell_, [&](const Contact& c) { return is_covered(cell, c); });
+                     std::erase_if(of_cell_, [&](const Contact& c) {
+                       const bool covered = is_covered(cell, c);
+                       if (covered) left_out_.push_back(c.normal);
+                       return covered;
+                     });
                      if (!of_cell_.empty()) visit(cell, std::span<const Contact>(of_cell_));
                      return true;
                    });
@@ -278,6 +308,45 @@ PairAnswer VoxelPair::depth(const CellsFound& found) const {
   return answer;
 }
 
+/// Whether cells push aside, where others cover them, what this normal separates: they have no part in its patch.
+bool VoxelPair::is_left_out_aslant(const Vec3& normal) const {
+  constexpr double aslant = 0.7;  // cosine
+  return other_.is_bounded() && std::any_of(left_out_.begin(), left_out_.end(),
+                                            [&](const Vec3& pushed) { return pushed.dot(normal) < aslant; });
+}
+
+/// Replaces the patch along what separates by the points where the other, moved out along it, meets the cells: of a
+/// capsule that sinks into a floor beside an edge between two rows of cells, each would push it into the other row.
+void VoxelPair::put_patch(const PairAnswer& whole, std::vector<Contact>& out, std::size_t first) {
+  std::vector<Contact> patch;
+  if (other_.is_bounded()) {
+    const double depth = -whole.signed_distance;
+    NarrowPhaseOptions options = options_;
+    options.margin += depth;
+    const Pose moved{other_pose_.rotation, other_pose_.translation + depth * whole.normal};
+    VoxelPair(voxels_, pose_, other_, moved, options).each_contact([&](VoxelRef cell, std::span<const Contact> list) {
+      for (std::size_t k = 0; k < list.size(); ++k) {
+        const double along = list[k].normal.dot(whole.normal), inside = list[k].depth + along * depth;
+        if (along > one_patch && inside >= -options_.margin)
+          patch.push_back({list[k].point - depth / 2 * whole.normal, list[k].normal, std::min(inside, depth),
+                           feature_of_cell(cell, k)});
+      }
+    });
+  }
+  const auto begin = out.begin() + static_cast<std::ptrdiff_t>(first);
+  const auto own = std::stable_partition(
+      begin, out.end(), [&](const Contact& c) { return !(c.normal.dot(whole.normal) > one_patch); });
+  patch.insert(patch.end(), own, out.end());
+  out.erase(own, out.end());
+  if (std::none_of(patch.begin(), patch.end(),
+                   [&](const Contact& c) { return c.depth >= -whole.signed_distance - slack(); }))
+    patch.push_back(contact_of(whole));
+  keep_widest(patch, 0, voxels_.size() + other_.size(), &meter_);
+  out.insert(out.end(), patch.begin(), patch.end());
+  std::stable_sort(out.begin() + static_cast<std::ptrdiff_t>(first), out.end(),
+                   [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
+}
+
 PairAnswer VoxelPair::contacts(std::vector<Contact>& out) {
   const std::size_t first = out.size();
   PatchCollector all(voxels_.size() + other_.size(), options_);
@@ -295,16 +364,13 @@ PairAnswer VoxelPair::contacts(std::vector<Contact>& out) {
     return answer;
   }
   PairAnswer answer = from_deepest(out, first);
-  const bool has_deepest = out.size() > first && -answer.signed_distance >= found.certain - slack();
+  const bool has_deepest = out.size() > first && -answer.signed_distance >= found.certain - slack() &&
+                           !is_left_out_aslant(answer.normal);
   const bool is_free =
       has_deepest && options_.mesh_bounds && separates((slack() - answer.signed_distance) * answer.normal);
   PairAnswer whole;
-  if (!options_.mesh_bounds) {
-    if (!has_deepest) whole = found.nearest;
-  } else if (!is_free) {
-    whole = depth(found);
-  }
-  if (!has_deepest) out.insert(out.begin() + static_cast<std::ptrdiff_t>(first), contact_of(whole));
+  if (!has_deepest || (options_.mesh_bounds && !is_free)) whole = depth(found);
+  if (!has_deepest) put_patch(whole, out, first);
   answer = from_deepest(out, first);
   answer.collide = true;
   if (!options_.mesh_bounds) {

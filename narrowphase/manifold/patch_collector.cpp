@@ -187,8 +187,8 @@ PatchCollector::List<PatchCollector::Place> PatchCollector::places_of(double dee
     meter_.spend();
     for (std::uint32_t i = runs_[r].first; i < end; ++i)
       if (const double depth = points_[i].depth; depth <= deepest)
-        places.push_back(
-            {std::round(depth / (tolerance::same_depth * size_)), runs_[r].triangle * 64 + of_triangle++, i, r});
+        places.push_back({std::round(depth / (tolerance::same_depth * size_)),
+                          runs_[r].triangle * contacts_of_one + std::min(of_triangle++, contacts_of_one - 1), i, r});
   }
   return places;
 }

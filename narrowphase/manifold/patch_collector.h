@@ -23,6 +23,10 @@ Vec3 tie_break_direction(const Vec3& axis);
 /// place in the list. `meter`: counts the work, if not null.
 void keep_widest(std::vector<Contact>& contacts, std::size_t first, double size, WorkMeter* meter = nullptr);
 
+/// Features of contacts: the number of a triangle or cell times this, plus the place among its contacts; of more, the
+/// last ones share a number.
+inline constexpr std::uint32_t contacts_of_one = 64;
+
 /// Gathers the contacts of a mesh's triangles with one convex shape into patches: groups of about one normal, of which
 /// at most four that span the patch are kept.
 class PatchCollector {

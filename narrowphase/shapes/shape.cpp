@@ -16,6 +16,7 @@
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/shape_insides.h"
 #include "shapes/support_kernel.h"
+#include "shapes/voxel_reach.h"
 #include "shapes/without_hull.h"
 #include "shapes/written.h"
 #include "tandem/narrowphase/build_options.h"
@@ -106,13 +107,13 @@ void close_side(Bounds& open, const Vec3& n, double offset, const Vec3& t) {
 Bounds around(const Vec3& centre, const Vec3& half) { return {centre - half, centre + half}; }
 
 // The box by the hierarchy, where the hull is not needed.
-template <class Model>
-Bounds bounds_by_hierarchy(const Model& model, const Pose& pose) {
+template <class Farthest>
+Bounds bounds_by_hierarchy(const Pose& pose, Farthest&& farthest) {
   Vec3 lo, hi;
   for (int k = 0; k < 3; ++k) {
     const Vec3 axis = pose.rotation.row(k).transpose();
-    lo[k] = -farthest_along(model, -axis);
-    hi[k] = farthest_along(model, axis);
+    lo[k] = -farthest(Vec3(-axis));
+    hi[k] = farthest(axis);
   }
   return {lo + pose.translation, hi + pose.translation};
 }
@@ -362,10 +363,12 @@ Bounds Shape::core_bounds(const Pose& pose, const WorkLimit* limit) const {
       return posed_bounds(hull_of(*this), pose);
     case ShapeKind::mesh: {
       const MeshModel& mesh = mesh_of(*this);
-      return does_without_hull(mesh) ? bounds_by_hierarchy(mesh, pose) : posed_bounds(mesh.hull(limit), pose);
+      if (!does_without_hull(mesh)) return posed_bounds(mesh.hull(limit), pose);
+      return bounds_by_hierarchy(pose, [&](const Vec3& axis) { return farthest_along(mesh, axis); });
     }
     case ShapeKind::voxels:
-      return bounds_by_hierarchy(voxels_of(*this), pose);
+      return bounds_by_hierarchy(pose,
+                                 [&](const Vec3& axis) { return farthest_along(voxels_of(*this), axis, limit); });
   }
   return {t, t};
 }

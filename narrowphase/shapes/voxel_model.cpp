@@ -8,6 +8,7 @@
 #include <string>
 #include <tuple>
 
+#include "shapes/voxel_reach.h"
 #include "shapes/written.h"
 #include "tolerances.h"
 
@@ -130,6 +131,16 @@ std::vector<KeyedCell> whole_octants(const std::vector<KeyedCell>& sorted) {
   return whole;
 }
 
+/// Boxes of nodes are shapes, too, a little wider by what places are rounded.
+void require_reach(const VoxelModel& model) {
+  constexpr double widest = tolerance::longest_length / 2;
+  const auto [middle, half] = model.box(model.root());
+  if (const double farthest = (middle.cwiseAbs() + half).maxCoeff(); !(farthest <= tolerance::longest_length))
+    refuse_voxels("the farthest coordinate", written(farthest), "at most " + written(tolerance::longest_length));
+  if (const double width = 2 * half.maxCoeff(); !(width <= widest))
+    refuse_voxels("the width of all cells", written(width), "at most " + written(widest));
+}
+
 /// The nodes above `count` places from `first` on; those places' boxes are known.
 void add_level(VoxelModel& model, VoxelRef first, std::size_t count) {
   for (std::size_t i = 0; i < count; i += VoxelModel::fan) {
@@ -161,8 +172,6 @@ VoxelModel build_voxels(const Voxels& voxels) {
     model.cells.push_back(cell_at(cell.key, cell.level));
     largest = std::max(largest, static_cast<int>(cell.level));
   }
-  for (int level = 0; level <= largest; ++level)
-    model.boxes.push_back(Box{Vec3::Constant(std::ldexp(model.cell_size, level))});
   model.nodes.reserve(model.cells.size() / 7 + most_level);
   VoxelRef first = 0;
   std::size_t count = model.cells.size();
@@ -172,9 +181,9 @@ VoxelModel build_voxels(const Voxels& voxels) {
     count = (count + VoxelModel::fan - 1) / VoxelModel::fan;
   } while (count > 1);
   model.nodes.shrink_to_fit();
-  const auto [middle, half] = model.box(model.root());
-  if (const double farthest = (middle.cwiseAbs() + half).maxCoeff(); !(farthest <= tolerance::longest_length))
-    refuse_voxels("the farthest coordinate", written(farthest), "at most " + written(tolerance::longest_length));
+  require_reach(model);
+  for (int level = 0; level <= largest; ++level)
+    model.boxes.push_back(Box{Vec3::Constant(std::ldexp(model.cell_size, level))});
   return model;
 }
 
@@ -204,18 +213,19 @@ bool VoxelModel::has(const std::array<std::int64_t, 3>& place) const {
 }
 
 double farthest_along(const VoxelModel& voxels, const Vec3& direction) {
+  return farthest_along(voxels, direction, nullptr);
+}
+
+double farthest_along(const VoxelModel& voxels, const Vec3& direction, const WorkLimit* limit) {
   const Vec3 steep = direction.cwiseAbs();
-  double most = -infinity;
-  const auto reach = [&](VoxelRef ref) {
-    const auto [mid, half] = voxels.box(ref);
-    return direction.dot(mid) + steep.dot(half);
-  };
-  voxels.each_cell([&](VoxelRef ref) { return reach(ref) > most; },
-                   [&](VoxelRef cell) {
-                     most = reach(cell);
-                     return true;
-                   });
-  return most;
+  WorkMeter meter(limit);
+  return greatest_of_cells(
+      voxels,
+      [&](VoxelRef ref) {
+        const auto [mid, half] = voxels.box(ref);
+        return direction.dot(mid) + steep.dot(half);
+      },
+      meter);
 }
 
 MassProperties voxel_mass(const VoxelModel& voxels) {

@@ -11,6 +11,7 @@
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/penetration.h"
 #include "tandem/narrowphase/shape_makers.h"
+#include "tandem/narrowphase/work_limit.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -339,6 +340,7 @@ TEST_CASE("voxels: bad input is refused by name") {
   refused({{{{0, -(1 << 20) - 1, 0}, 0}}, 1}, "cells[0]");
   refused({{{{1, 0, 0}, 1}}, 1}, "multiple of 2");
   refused({{{{0, 1 << 19, 0}, 0}}, 1e29}, "farthest coordinate");
+  refused({{{{-1, 0, 0}, 0}, {{0, 0, 0}, 0}}, 9e29}, "width of all cells");
   refused({{{{0, 0, 0}, 21}}, 1}, "level");
   refused({{{{std::numeric_limits<std::int32_t>::max(), 0, 0}, 0}}, 1}, "cells[0]");
   refused({{{{0, 0, std::numeric_limits<std::int32_t>::min()}, 3}}, 1}, "cells[0]");
@@ -378,4 +380,137 @@ TEST_CASE("voxels: two sets of cells, depths by penetration_depth, memory") {
   const Shape wide = voxels(sheet, 0.05);
   CHECK(wide.cells().size() == sheet.size());
   CHECK(wide.memory() < 24 * sheet.size());
+}
+
+TEST_CASE("voxels: what sinks into a floor beside an edge between cells is pushed up, held at both its ends") {
+  // Each cell by itself pushes it sideways into the next one.
+  const std::vector<std::uint8_t> all(36, 1);
+  const Shape floor = occupancy_grid(all, {6, 6, 1}, 1, Vec3(-3, -3, 0));
+  Pose lying = Pose::at(0.95, 0.1, 0.9);
+  lying.rotation = Eigen::AngleAxisd(std::acos(-1) / 2, Vec3::UnitX()).toRotationMatrix();
+  const Shape capsule = Capsule{0.3, 2}, box = Box{{0.2, 2, 0.2}};
+  for (const bool bounds : {true, false}) {
+    CAPTURE(bounds);
+    const NarrowPhase n({.margin = 0.001, .mesh_bounds = bounds});
+    std::vector<Contact> contacts;
+    const PairAnswer answer = n.solve(floor, {}, capsule, lying, Request::contacts, &contacts);
+    CHECK(answer.signed_distance == Approx(-0.4));
+    REQUIRE(contacts.size() == 2);
+    for (const Contact& c : contacts) {
+      CHECK(c.normal.z() == Approx(1));
+      CHECK(c.depth == Approx(0.4));
+      CHECK(c.point.z() == Approx(0.8));
+      CHECK(std::abs(c.point.y() - 0.1) == Approx(1));
+      const VoxelCell& cell = floor.cells()[c.feature / 64];
+      CHECK(cell.corner[0] == 3);
+      CHECK(cell.corner[1] == 3 + std::floor(c.point.y()));
+    }
+    contacts.clear();
+    n.solve(floor, {}, box, Pose::at(0.95, 0.1, 0.9), Request::contacts, &contacts);
+    CHECK(contacts.size() == 4);
+    for (const Contact& c : contacts) {
+      CHECK(c.normal.z() == Approx(1));
+      CHECK(c.depth == Approx(0.2));
+    }
+    // Across the rows: only some of the cells push it sideways.
+    Pose across = lying;
+    across.rotation = Eigen::AngleAxisd(0.3, Vec3::UnitZ()) * lying.rotation;
+    contacts.clear();
+    n.solve(floor, {}, capsule, across, Request::contacts, &contacts);
+    REQUIRE(contacts.size() == 2);
+    for (const Contact& c : contacts) CHECK(c.depth == Approx(0.4));
+    CHECK((contacts[0].point - contacts[1].point).norm() == Approx(2));
+  }
+}
+
+TEST_CASE("voxels: a contact's feature names a cell that it touches, also where one has hundreds") {
+  // A large cell under a hundred small ones, apart from each other, of a set with fewer cells.
+  std::vector<std::array<std::int32_t, 3>> small;
+  for (std::int32_t i = 0; i < 100; ++i) small.push_back({2 * (i % 10), 2 * (i / 10), 0});
+  Voxels v{{{{0, 0, -32}, 5}}, 1};
+  for (std::int32_t i = 0; i < 120; ++i) v.cells.push_back({{40 + 2 * i, 0, 0}, 0});
+  const Shape ground(v), feet = voxels(small, 1);
+  REQUIRE(ground.cells()[0].level == 5);
+  for (const bool exchanged : {false, true}) {
+    std::vector<Contact> contacts;
+    const Pose at = Pose::at(2, 2, -0.01);
+    if (exchanged)
+      NarrowPhase().solve(feet, at, ground, {}, Request::contacts, &contacts);
+    else
+      NarrowPhase().solve(ground, {}, feet, at, Request::contacts, &contacts);
+    CHECK(contacts.size() == 4);
+    for (const Contact& c : contacts) CHECK(c.feature / 64 == 0);
+  }
+}
+
+TEST_CASE("voxels: the box of a stair and its way to a plane visit few cells, and end where a limit says") {
+  std::vector<std::array<std::int32_t, 3>> stair;
+  for (std::int32_t i = 0; i < 1 << 17; ++i) stair.push_back({i, i, i});
+  const Shape shape = voxels(stair, 0.01);
+  int checks = 0;
+  WorkLimit limit;
+  limit.ended = [&] { return ++checks > 1000000; };
+  Pose turned;
+  turned.rotation = Eigen::AngleAxisd(0.1, Vec3::UnitX()).toRotationMatrix();
+  CHECK(shape.bounds(turned, &limit).hi.x() == Approx(0.01 * (1 << 17)));
+  CHECK(checks > 0);
+  CHECK(checks < 30);
+  checks = 0;
+  const NarrowPhase n({.limit = &limit});
+  const Shape plane = Plane{{1, 1, 1}, 0};
+  const auto t = n.time_of_impact(shape, Pose::at(-5000, 0, 0), Vec3(1, 0, 0), plane, {}, Vec3::Zero(), 1e4);
+  REQUIRE(t);
+  CHECK(*t == Approx(5000 - 0.03 * (1 << 17)));
+  CHECK(checks < 100);
+  // All cells of it are equally far.
+  limit.ended = [&] { return ++checks > 20; };
+  turned.rotation = Eigen::AngleAxisd(std::acos(-1) / 4, Vec3::UnitZ()).toRotationMatrix();
+  checks = 0;
+  CHECK_THROWS_AS(shape.bounds(turned, &limit), WorkStopped);
+}
+
+TEST_CASE("voxels: cells as small and as large as lengths may be, with what has cells itself") {
+  const NarrowPhase n;
+  for (const double size : {1e-30, 2.4e29}) {
+    CAPTURE(size);
+    const std::vector<std::array<std::int32_t, 3>> two{{-1, 0, 0}, {0, 0, 0}};
+    const Shape pair = voxels(two, size);
+    for (const Shape& other : {pair, Shape(Box{size * Vec3(2, 1, 1)}), voxel_mesh(two, size)}) {
+      CAPTURE(name(other.kind()));
+      const double middle = other.kind() == ShapeKind::box ? size / 2 : 0;
+      const auto at = [&](double x) { return Pose::at(x * size, middle, middle); };
+      CHECK(n.solve(pair, {}, other, at(1.5), Request::collide).collide);
+      CHECK_FALSE(n.solve(pair, {}, other, at(2.5), Request::collide).collide);
+      CHECK(n.solve(pair, {}, other, at(2.5), Request::distance).signed_distance == Approx(size / 2).epsilon(1e-8));
+      std::vector<Contact> contacts;
+      n.solve(pair, {}, other, at(1.75), Request::contacts, &contacts);
+      CHECK_FALSE(contacts.empty());
+    }
+  }
+}
+
+TEST_CASE("voxels: with a solver named, verdicts, distances and contacts are those of cells as without") {
+  Random r(408);
+  const NarrowPhase plain;
+  int hits = 0;
+  for (const char* solver : {"mpr", "libccd", "gjk"}) {
+    const NarrowPhase named({.solver = solver});
+    for (int i = 0; i < 20; ++i) {
+      const Shape shape = random_voxels(r, 20), other = random_shape(static_cast<ShapeKind>(i % 8), r);
+      const Pose at = random_pose(r, 0.5), pose = random_pose(r, 1);
+      CAPTURE(solver, i);
+      if (!named.refuses(shape, other, Request::collide).empty()) continue;
+      const PairAnswer answer = plain.solve(shape, at, other, pose, Request::distance);
+      hits += answer.collide;
+      CHECK(named.solve(shape, at, other, pose, Request::collide).collide == answer.collide);
+      if (!named.refuses(shape, other, Request::distance).empty()) continue;
+      CHECK(named.solve(shape, at, other, pose, Request::distance).signed_distance == answer.signed_distance);
+      std::vector<Contact> contacts, others;
+      plain.solve(shape, at, other, pose, Request::contacts, &contacts);
+      named.solve(shape, at, other, pose, Request::contacts, &others);
+      REQUIRE(contacts.size() == others.size());
+      for (std::size_t c = 0; c < contacts.size(); ++c) CHECK(contacts[c].point == others[c].point);
+    }
+  }
+  CHECK(hits > 5);
 }
