@@ -90,7 +90,9 @@ bool straight_to_straight(const Feature& a, const Feature& b, double rounding, N
   // of these are told by cosines and by `opposite`, 1 + a b, which keep their digits.
   const double d = a.axis.dot(b.axis), cosines = a.cosine * b.cosine;
   const double opposite = d < 0 ? det / (1 - d) : 1 + d;
-  const double a2 = a.cosine * a.cosine, b2 = b.cosine * b.cosine, sines = (b2 - a2) / (a.sine + b.sine);
+  const double a2 = a.cosine * a.cosine, b2 = b.cosine * b.cosine, sum = a.sine + b.sine;
+  // The difference of the sines: steep cones have cosines near 1.
+  const double sines = sum < 1 ? a.sine - b.sine : (b2 - a2) / sum;
   const double lean = opposite - (a2 + b2 - a2 * b2) / (1 + a.sine * b.sine);
   const double x = (sines + opposite * b.sine) / det, y = (sines - opposite * a.sine) / det;
   const double rest = (cosines - lean) * (cosines + lean);

@@ -6,6 +6,7 @@
 #include "pair_classes.h"
 #include "random_pairs.h"
 #include "reference.h"
+#include "round/feature_points.h"
 #include "round/hull_projection.h"
 #include "shapes/shape_insides.h"
 
@@ -66,6 +67,42 @@ TEST_CASE("features: apart by more than asked for, only a separation is told") {
   CHECK_FALSE(s.optimal);
   CHECK(s.h < -0.5);
   CHECK(s.h == Approx(s.n.dot(RoundPair(d).support(s.n))).margin(1e-14));
+}
+
+// Cones, or a cone and a line, whose common normal n is chosen first.
+TEST_CASE("features: the common normal of two cones is right to rounding, however steep or flat they are") {
+  Random r(11);
+  int tried = 0;
+  const auto side = [&](const Vec3& n, double height, Vec3& aside) {
+    aside = n.cross(r.vec(-1, 1)).normalized();
+    const double slant = std::hypot(1, height);  // of radius 1
+    Feature f;
+    f.surface = Surface::side;
+    f.sine = 1 / slant, f.cosine = height / slant;
+    f.axis = (f.sine * n + f.cosine * aside).normalized();
+    f.low = -1e30, f.high = 1e30;
+    f.point = r.vec(-1, 1);
+    return f;
+  };
+  for (int power_a = -9; power_a <= 10; ++power_a)
+    for (int power_b = -9; power_b <= 9; ++power_b)
+      for (int i = 0; i < 40; ++i) {
+        const Vec3 n = r.vec(-1, 1).normalized();
+        Vec3 aside_a, aside_b;
+        Feature a = side(n, std::pow(10.0, power_a), aside_a);
+        const Feature b = side(-n, std::pow(10.0, power_b), aside_b);
+        if (power_a == 10) a.surface = Surface::straight, a.sine = 0, a.cosine = 1, a.axis = aside_a;
+        const double across = a.axis.cross(b.axis).norm();
+        if (aside_a.cross(aside_b).norm() < 0.1 || across < 1e-3) continue;
+        ++tried;
+        NearestPoints w;
+        w.n = n;  // of two, the nearer is meant
+        w.a = w.b = Vec3::Zero();
+        CAPTURE(power_a, power_b, i, across);
+        nearest_points(a, b, 0, w);
+        REQUIRE((w.n - n).norm() <= 200 * epsilon / across);  // the axes are rounded, too
+      }
+  CHECK(tried > 10000);
 }
 
 TEST_CASE("projection: points are moved into a shape, and stay where they are well inside") {
