@@ -192,3 +192,34 @@ TEST_CASE("mesh depth: solids of cubes hooked into each other that only touch ar
   }
   CHECK(touching > 1000);
 }
+
+// Coordinates there are 4e-12 apart, more than a translation that rounding of such small bodies needs.
+TEST_CASE("mesh depth: solids that touch are 0 deep far from their origin, too") {
+  reference::Random r(8);
+  const NarrowPhase n;
+  int touching = 0, parted = 0;
+  constexpr int far = 20000;
+  for (int i = 0; i < 3000; ++i) {
+    Cells a = some_cells(r);
+    const Cells b = some_cells(r);
+    const std::array<int, 3> by{r.below(5) - 2, r.below(5) - 2, r.below(5) - 2};
+    if (!touch(a, b, by)) continue;
+    ++touching;
+    CAPTURE(i);
+    for (auto& cell : a) cell[0] += far;
+    const Shape first = voxels(a, 1), second = voxels(b, 1);
+    const Pose at = Pose::at(far + by[0], by[1], by[2]);
+    const PairAnswer distance = n.solve(first, {}, second, at, Request::distance);
+    REQUIRE(distance.collide);
+    REQUIRE(distance.signed_distance == Approx(0).margin(1e-9));
+    std::vector<Contact> contacts;
+    NarrowPhase({.mesh_bounds = false}).solve(first, {}, second, at, Request::contacts, &contacts);
+    REQUIRE_FALSE(contacts.empty());
+    for (const Contact& c : contacts) REQUIRE(c.depth == Approx(0).margin(1e-9));
+    // Moved by the depth, and what coordinates are rounded by, they part.
+    const Vec3 moved = at.translation + (1e-10 - distance.signed_distance) * distance.normal;
+    parted += n.solve(first, {}, second, {at.rotation, moved}, Request::collide).collide ? 0 : 1;
+  }
+  CHECK(touching > 1000);
+  CHECK(parted == touching);
+}

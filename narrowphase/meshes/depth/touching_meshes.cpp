@@ -17,20 +17,21 @@ namespace tandem {
 namespace {
 
 constexpr int rounds = 8;
-constexpr double longest = 8;              // translations, over a step
-constexpr double apart_already = 1.0 / 8;  // over a step: triangles that it has not sunk into each other
+constexpr double steps_of_coordinates = 16;  // in a step: triangles there are as deep as several
+constexpr double longest = 8;               // translations, over a step
+constexpr double apart_already = 1.0 / 8;   // over a step: triangles that it has not sunk into each other
 
 // World axes, A's translation zero.
 class TouchingMeshes {
  public:
   TouchingMeshes(const Posed& a, const Posed& b, double slack, const NarrowPhaseOptions& options)
-      : a_(a), b_(b), slack_(slack), step_(slack / 2), options_(options), meter_(options.limit) {}
+      : a_(a), b_(b), step_(step_of(b, slack)), options_(options), meter_(options.limit) {}
 
   // Does no pair overlap, of many some? A translation is tried in any case: this saves most of those in vain.
   bool seem_to_touch(std::span<const TrianglePair> pairs) {
     constexpr std::size_t most = 256;
     for (std::size_t k = 0; k < pairs.size(); k += 1 + pairs.size() / most)
-      if (overlap(pairs[k], Vec3::Zero()).signed_distance < -slack_) return false;
+      if (overlap(pairs[k], Vec3::Zero()).signed_distance < -2 * step_) return false;
     return true;
   }
 
@@ -74,6 +75,9 @@ class TouchingMeshes {
     return false;
   }
 
+  // By how much B's pose changes where it is moved: far out, its translation is rounded.
+  Vec3 real(const Vec3& by) const { return moved(by).translation - b_.pose.translation; }
+
   // Beyond them all; false where there is no such translation, or only longer ones than a touch has.
   bool shortest(Vec3& at) const {
     return shortest_feasible(planes_, apart_already * step_, at) && at.norm() <= longest * step_;
@@ -82,6 +86,11 @@ class TouchingMeshes {
 
  private:
   static constexpr double one_patch = 1 - tolerance::alike_cosines;
+
+  // Far out, what is no longer than the distance of two coordinates there would move nothing.
+  static double step_of(const Posed& b, double slack) {
+    return std::max(slack / 2, steps_of_coordinates * epsilon * b.pose.translation.cwiseAbs().maxCoeff());
+  }
 
   Pose moved(const Vec3& by) const { return {b_.pose.rotation, b_.pose.translation + by}; }
 
@@ -103,7 +112,7 @@ class TouchingMeshes {
   }
 
   const Posed &a_, &b_;
-  const double slack_, step_;  // a step: of a translation beyond each plane
+  const double step_;  // of a translation beyond each plane
   const NarrowPhaseOptions& options_;
   WorkMeter meter_;
   std::vector<Constraint> planes_;
@@ -120,7 +129,7 @@ std::optional<Vec3> parting_translation(const Posed& a, const Posed& b, std::spa
   if (!(length > 0)) return std::nullopt;
   Vec3 at = meshes.step_along(unit(sides, length));
   for (int i = 0; i < rounds; ++i) {
-    if (meshes.is_free(at)) return at;
+    if (meshes.is_free(at)) return meshes.real(at);
     if (!meshes.add_planes(at) || !meshes.shortest(at)) break;
   }
   return std::nullopt;
