@@ -25,7 +25,7 @@ constexpr std::uint32_t of_no_feature = 0xffffffffu;  // of a contact that stand
 Separation bound_by_triangles(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                               const NarrowPhaseOptions& options) {
   Separation deepest;
-  deepest.certain = -1;
+  deepest.certain = -infinity;
   WorkMeter meter(options.limit);
   for (const auto& [i, j] : pairs) {
     meter.spend(16);
@@ -128,18 +128,20 @@ bool has_one_normal(std::span<const Contact> contacts) {
                      [&](const Contact& c) { return c.normal.dot(contacts.front().normal) > one_patch; });
 }
 
-// Of two that only touch where a translation parts them that is no longer than rounding, `slack`, or hardly.
-bool only_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack,
+// Of two that only touch where a translation parts them that is no longer than rounding, `slack`, or hardly: its length
+// is the depth. No translation shorter than `certain` does.
+bool only_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack, double certain,
                 const NarrowPhaseOptions& options, PairAnswer& answer) {
   if (pairs.empty()) return false;
   const auto by = parting_translation(a, b, pairs, slack, options);
   if (!by) return false;
+  const double length = by->norm();
   answer = {};
   answer.collide = true;
-  answer.normal = by->normalized();
-  answer.signed_distance = -0.0;
-  answer.point_a = answer.point_b = bound_by_triangles(a, b, pairs.first(1), options).point;
-  if (by->norm() > slack) answer.status = Status::inexact, answer.error_bound = by->norm();
+  answer.normal = *by / length;
+  answer.signed_distance = -length;
+  answer = with_points(answer, bound_by_triangles(a, b, pairs.first(1), options).point);
+  if (length > certain + slack) answer.status = Status::inexact, answer.error_bound = length - certain;
   return true;
 }
 
@@ -156,7 +158,8 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
     answer.normal = bound.normal;
     return with_points(answer, bound.point);
   }
-  if (PairAnswer answer; only_touch(a, b, pairs, overlap.effort.enough, options, answer)) return answer;
+  if (PairAnswer answer; only_touch(a, b, pairs, overlap.effort.enough, bound.certain, options, answer))
+    return answer;
   SeparationSearch search(overlap, {.certain = bound.certain});
   Separation& known = search.known;
   search.beyond_obstacles();
@@ -181,19 +184,27 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
   return with_points(search.answer(), known.point);
 }
 
-// Where two only touch, along several faces at once, what lies between their patches says nothing: one contact stands
-// for all.
+// Where two only touch, along several faces at once, what lies between their patches says nothing: contacts deeper than
+// the touch leave, and one stands for these if none of the others touches.
 bool take_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack,
                 const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts,
                 PairAnswer& answer) {
   const Pose at_a{a.pose.rotation, Vec3::Zero()}, at_b{b.pose.rotation, b.pose.translation - a.pose.translation};
   PairAnswer touch;
-  if (!only_touch({a.shape, at_a}, {b.shape, at_b}, pairs, slack, for_triangles(options), touch)) return false;
-  answer = touch;
-  answer.point_a += a.pose.translation;
-  answer.point_b += a.pose.translation;
-  contacts.resize(first);
-  contacts.push_back(contact_of(answer, of_no_feature));
+  if (!only_touch({a.shape, at_a}, {b.shape, at_b}, pairs, slack, 0, for_triangles(options), touch)) return false;
+  touch.point_a += a.pose.translation;
+  touch.point_b += a.pose.translation;
+  const double depth = std::max(slack, -touch.signed_distance);
+  const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+  contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth > depth; }),
+                 contacts.end());
+  const auto left = std::span(contacts).subspan(first);
+  const auto touches = [&](const Contact& c) { return c.depth >= 0; };
+  if (std::none_of(left.begin(), left.end(), touches)) contacts.push_back(contact_of(touch, of_no_feature));
+  answer = from_deepest(contacts, first);
+  answer.collide = true;
+  answer.status = touch.status;
+  answer.error_bound = touch.error_bound;
   return true;
 }
 

@@ -10,6 +10,8 @@
 #include "catch.h"
 #include "mesh_samples.h"
 #include "random.h"
+#include "shapes/mesh_model.h"
+#include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/shape_makers.h"
 
@@ -166,6 +168,16 @@ bool touch(const Cells& a, const Cells& b, const std::array<int, 3>& by) {
   return false;
 }
 
+// Solids of these cubes, and of more triangles.
+Shape with(const Cells& cells, const Mesh& more) {
+  const Shape cubes = voxels(cells, 1);
+  Mesh all{mesh_of(cubes).vertices, mesh_of(cubes).triangles, true};
+  const auto before = static_cast<std::uint32_t>(all.vertices.size());
+  all.vertices.insert(all.vertices.end(), more.vertices.begin(), more.vertices.end());
+  for (const auto& t : more.triangles) all.triangles.push_back({t[0] + before, t[1] + before, t[2] + before});
+  return Shape(all);
+}
+
 }  // namespace
 
 TEST_CASE("mesh depth: solids of cubes hooked into each other that only touch are 0 deep") {
@@ -191,6 +203,35 @@ TEST_CASE("mesh depth: solids of cubes hooked into each other that only touch ar
     }
   }
   CHECK(touching > 1000);
+}
+
+// A touch says nothing about other contacts: those that are right stay. Of some 1,200 pairs, in 340 the tip touches
+// where nothing else is wrong, in 150 beside contacts that are.
+TEST_CASE("mesh depth: where solids hooked into each other only touch, other contacts stay") {
+  reference::Random r(8);
+  int hooked = 0, kept = 0;
+  for (int i = 0; i < 3000; ++i) {
+    Cells a = some_cells(r);
+    const Cells b = some_cells(r);
+    const std::array<int, 3> by{r.below(5) - 2, r.below(5) - 2, r.below(5) - 2};
+    if (!touch(a, b, by)) continue;
+    // On a cube far off stands a tetrahedron's tip.
+    const Vec3 tip = Vec3(20.5, 0.25, 1) - Vec3(by[0], by[1], by[2]);
+    const Mesh stands{{tip, tip + Vec3(0.1, 0, 0.5), tip + Vec3(-0.1, 0.1, 0.5), tip + Vec3(-0.1, -0.1, 0.5)},
+                      {{0, 2, 1}, {0, 3, 2}, {0, 1, 3}, {1, 2, 3}},
+                      true};
+    a.push_back({20, 0, 0});
+    std::vector<Contact> contacts;
+    NarrowPhase({.mesh_bounds = false})
+        .solve(voxels(a, 1), {}, with(b, stands), Pose::at(by[0], by[1], by[2]), Request::contacts, &contacts);
+    CAPTURE(i);
+    if (std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.depth > 1e-9; })) continue;
+    ++hooked;
+    kept += std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.point.x() > 20; }) ? 1 : 0;
+  }
+  CAPTURE(kept, hooked);
+  CHECK(kept > 450);
+  CHECK(hooked > 1000);
 }
 
 // Coordinates there are 4e-12 apart, more than a translation that rounding of such small bodies needs.
