@@ -480,7 +480,6 @@ void screen_triangles(const ScreeningShape* shape, const TriangleBlock* block, s
     case ShapeKind::triangle:
     case ShapeKind::voxels:
     case ShapeKind::mesh:
-    case ShapeKind::voxels:
       return screen(HullLanes{*shape, out->outside_of}, *block, within, *out);
   }
 }
