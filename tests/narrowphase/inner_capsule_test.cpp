@@ -79,7 +79,9 @@ TEST_CASE("inner capsule: what it says meets does, and a mesh that has none made
   for (int round = 0; round < 3000; ++round) {
     const auto kind =
         round % 2 == 0 ? ShapeKind::mesh : static_cast<ShapeKind>(static_cast<std::size_t>(round / 2) % shape_kinds);
-    if (kind == ShapeKind::halfspace || kind == ShapeKind::plane || kind == ShapeKind::triangle) continue;
+    if (kind == ShapeKind::halfspace || kind == ShapeKind::plane || kind == ShapeKind::triangle ||
+        kind == ShapeKind::voxels)  // these are never held against it
+      continue;
     const Mesh solid = lump(random);
     const Shape plain(solid), prepared(solid);
     const Mesh other_solid = lump(random);

@@ -170,7 +170,7 @@ bool touch(const Cells& a, const Cells& b, const std::array<int, 3>& by) {
 
 // Solids of these cubes, and of more triangles.
 Shape with(const Cells& cells, const Mesh& more) {
-  const Shape cubes = voxels(cells, 1);
+  const Shape cubes = voxel_mesh(cells, 1);
   Mesh all{mesh_of(cubes).vertices, mesh_of(cubes).triangles, true};
   const auto before = static_cast<std::uint32_t>(all.vertices.size());
   all.vertices.insert(all.vertices.end(), more.vertices.begin(), more.vertices.end());
@@ -190,7 +190,7 @@ TEST_CASE("mesh depth: solids of cubes hooked into each other that only touch ar
     if (!touch(a, b, by)) continue;
     ++touching;
     CAPTURE(i);
-    const Shape first = voxels(a, 1), second = voxels(b, 1);
+    const Shape first = voxel_mesh(a, 1), second = voxel_mesh(b, 1);
     const Pose at = Pose::at(by[0], by[1], by[2]);
     const PairAnswer distance = n.solve(first, {}, second, at, Request::distance);
     REQUIRE(distance.collide);
@@ -223,7 +223,7 @@ TEST_CASE("mesh depth: where solids hooked into each other only touch, other con
     a.push_back({20, 0, 0});
     std::vector<Contact> contacts;
     NarrowPhase({.mesh_bounds = false})
-        .solve(voxels(a, 1), {}, with(b, stands), Pose::at(by[0], by[1], by[2]), Request::contacts, &contacts);
+        .solve(voxel_mesh(a, 1), {}, with(b, stands), Pose::at(by[0], by[1], by[2]), Request::contacts, &contacts);
     CAPTURE(i);
     if (std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.depth > 1e-9; })) continue;
     ++hooked;
@@ -248,7 +248,7 @@ TEST_CASE("mesh depth: solids that touch are 0 deep far from their origin, too")
     ++touching;
     CAPTURE(i);
     for (auto& cell : a) cell[0] += far;
-    const Shape first = voxels(a, 1), second = voxels(b, 1);
+    const Shape first = voxel_mesh(a, 1), second = voxel_mesh(b, 1);
     const Pose at = Pose::at(far + by[0], by[1], by[2]);
     const PairAnswer distance = n.solve(first, {}, second, at, Request::distance);
     REQUIRE(distance.collide);

@@ -471,7 +471,7 @@ Union cubes(double size, Random& random) {
     cells.push_back({x, y, z});
     places.push_back(size * (Vec3(x, y, z) + Vec3::Constant(0.5)));
   }
-  return {voxels(cells, size), std::vector<Shape>(cells.size(), Shape(Box{Vec3::Constant(size)})), places};
+  return {voxel_mesh(cells, size), std::vector<Shape>(cells.size(), Shape(Box{Vec3::Constant(size)})), places};
 }
 
 Union land(double size, Random& random) {

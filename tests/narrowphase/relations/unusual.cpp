@@ -164,7 +164,7 @@ Mesh cubes(double size, Random& r) {
     const int z = r.below(4) - 2, y = r.below(3) - 1, x = r.below(3) - 1;
     cells.push_back({x, y, z});
   }
-  return std::get<Mesh>(data_of(voxels(cells, size)));
+  return std::get<Mesh>(data_of(voxel_mesh(cells, size)));
 }
 
 /// Land, steep or flat to 1e-12, its heights multiples of an eighth or any.
