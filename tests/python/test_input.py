@@ -1,5 +1,6 @@
 """What cannot be used is refused with what is wrong, where, and what is allowed."""
 
+import collections
 import unittest
 
 import numpy as np
@@ -251,6 +252,33 @@ class Calls(unittest.TestCase):
             tandem.Pipeline().step(tandem.Scene.__new__(tandem.Scene))
         with self.assertRaisesRegex(TypeError, "made by __new__ alone"):
             tandem.distance(BALL, None, b=tandem.Shape.__new__(tandem.Shape), pose_b=None)
+
+    def test_what_new_made_is_refused_in_sequences(self):
+        scene = tandem.Scene()
+        scene.add_body(BALL)
+        queries, at = tandem.SceneQueries(scene), np.tile(np.eye(4), (2, 1, 1))
+        for empty in ([tandem.Shape.__new__(tandem.Shape)], (BALL, tandem.Shape.__new__(tandem.Shape))):
+            calls = [
+                lambda: tandem.memory_of(empty),
+                lambda: tandem.memory_of(shapes=empty),
+                lambda: tandem.memory_of(collections.UserList(empty)),
+                lambda: queries.check(empty, at),
+                lambda: queries.check(links=empty, poses=at),
+                lambda: queries.first_hits(empty, at),
+                lambda: queries.clearance(empty, at),
+            ]
+            for number, call in enumerate(calls):
+                with self.subTest(number=number), self.assertRaisesRegex(TypeError, "made by __new__ alone"):
+                    call()
+
+    def test_what_new_made_of_several_classes_is_refused(self):
+        class Both(tandem.Scene, tandem.Pipeline):
+            pass
+
+        empty = Both.__new__(Both)
+        for call in (lambda: tandem.Pipeline().step(empty), lambda: len(empty), lambda: empty.memory):
+            with self.assertRaisesRegex(TypeError, "made by __new__ alone"):
+                call()
 
 
 if __name__ == "__main__":

@@ -37,27 +37,46 @@ void explain(PyObject* arguments, PyObject* named) {
   Py_XDECREF(trace);
 }
 
-// Made by __new__ alone, without a value: pybind11 would call a method of none.
+bool is_of_ours(PyObject* object) {
+  return PyType_IsSubtype(Py_TYPE(Py_TYPE(object)), py::detail::get_internals().default_metaclass) != 0;
+}
+
+// Made by __new__ alone, without a value, or without that of one of several bases: pybind11 would call a method of none.
 bool has_no_value(PyObject* object) {
-  if (PyType_IsSubtype(Py_TYPE(Py_TYPE(object)), py::detail::get_internals().default_metaclass) == 0) return false;
-  const auto* made = reinterpret_cast<const py::detail::instance*>(object);
-  return made->simple_layout && made->simple_value_holder[0] == nullptr;
+  if (!is_of_ours(object)) return false;
+  for (const auto& held : py::detail::values_and_holders(reinterpret_cast<py::detail::instance*>(object)))
+    if (held.value_ptr() == nullptr) return true;
+  return false;
+}
+
+// Sets a TypeError where it has no value.
+bool is_refused(PyObject* object) {
+  if (!has_no_value(object)) return false;
+  const std::string_view path = Py_TYPE(object)->tp_name;
+  const std::string name(path.substr(path.rfind('.') + 1));
+  PyErr_Format(PyExc_TypeError, "%s: made by __new__ alone, expected: %s(...)", name.c_str(), name.c_str());
+  return true;
+}
+
+// Sets a TypeError where it, or an item of a sequence that pybind11 may read as one of our classes, has no value.
+bool is_any_refused(PyObject* object) {
+  if (is_refused(object)) return true;
+  if (PySequence_Check(object) == 0 || is_of_ours(object)) return false;
+  if (PyUnicode_Check(object) != 0 || PyObject_CheckBuffer(object) != 0) return false;  // text, arrays
+  const auto items = py::reinterpret_steal<py::object>(PySequence_Fast(object, ""));
+  if (!items) PyErr_Clear();  // pybind11 tells what is wrong
+  for (Py_ssize_t k = 0; items && k < PySequence_Fast_GET_SIZE(items.ptr()); ++k)
+    if (is_refused(PySequence_Fast_GET_ITEM(items.ptr(), k))) return true;
+  return false;
 }
 
 // Sets a TypeError where one of them, from the given one on, has no value.
 bool refuse(PyObject* arguments, PyObject* named, Py_ssize_t first) {
-  const auto is_refused = [](PyObject* object) {
-    if (!has_no_value(object)) return false;
-    const std::string_view path = Py_TYPE(object)->tp_name;
-    const std::string name(path.substr(path.rfind('.') + 1));
-    PyErr_Format(PyExc_TypeError, "%s: made by __new__ alone, expected: %s(...)", name.c_str(), name.c_str());
-    return true;
-  };
   for (Py_ssize_t k = first; k < PyTuple_GET_SIZE(arguments); ++k)
-    if (is_refused(PyTuple_GET_ITEM(arguments, k))) return true;
+    if (is_any_refused(PyTuple_GET_ITEM(arguments, k))) return true;
   PyObject *name = nullptr, *value = nullptr;
   for (Py_ssize_t at = 0; named != nullptr && PyDict_Next(named, &at, &name, &value) != 0;)
-    if (is_refused(value)) return true;
+    if (is_any_refused(value)) return true;
   return false;
 }
 
