@@ -1,12 +1,13 @@
 // The program `relations`: metamorphic tests of the narrow phase on random pairs or on records. Prints failures as
 // minimal records for `tandem query`, and counts them by relation and kinds. The exit status is 1 if any relation
-// fails.
+// fails, and 3 if none did but the run was stopped.
 #include <oneapi/tbb/parallel_pipeline.h>
 #include <oneapi/tbb/task_arena.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cinttypes>
 #include <csignal>
 #include <cstdio>
@@ -32,6 +33,8 @@ using namespace tandem;
 using namespace tandem::relations;
 
 constexpr std::size_t most_relations = 48;
+
+constexpr int interrupted = 3;  // exit status of a run that was stopped, unless a relation failed
 
 constexpr double default_margin = 0.1;  // metres, for records without one
 
@@ -207,7 +210,8 @@ struct Draft {
 using Source = std::function<std::shared_ptr<Draft>()>;
 
 // Set by an interrupt or the end of `timeout`: pairs in work are judged, and the counts are printed.
-volatile std::sig_atomic_t stopped = 0;
+std::atomic<bool> stopped = false;
+static_assert(std::atomic<bool>::is_always_lock_free);
 
 // Checks pairs on several threads; counts and prints in the order of the pairs.
 int run(const Options& options, const Source& source) {
@@ -215,7 +219,7 @@ int run(const Options& options, const Source& source) {
   using Done = std::shared_ptr<Judged>;
   Tally tally(options);
   const auto next = [&](tbb::flow_control& flow) {
-    Made draft = stopped == 0 ? source() : nullptr;
+    Made draft = stopped ? nullptr : source();
     if (draft == nullptr) flow.stop();
     return draft;
   };
@@ -232,7 +236,10 @@ int run(const Options& options, const Source& source) {
                                tbb::make_filter<Made, Done>(tbb::filter_mode::parallel, answer) &
                                tbb::make_filter<Done, void>(tbb::filter_mode::serial_in_order, count));
   });
-  return tally.finish();
+  const int failed = tally.finish();
+  if (!stopped) return failed;
+  std::printf("stopped\n");
+  return failed != 0 ? failed : interrupted;
 }
 
 PosedShape posed(const PlacedShape& s) { return {data_of(s.shape), s.pose, s.shape.rounding()}; }
@@ -296,7 +303,11 @@ int main(int argc, char** argv) {
   app.add_flag("--list", options.list, "print the pairs of the seeds as records, and judge none");
   app.add_flag("--raw", options.raw, "print failing pairs as they were drawn, not minimal ones");
   CLI11_PARSE(app, argc, argv);
-  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { stopped = 1; });
+  for (const int signal : {SIGINT, SIGTERM})
+    std::signal(signal, [](int received) {
+      stopped = true;
+      std::signal(received, SIG_DFL);  // a second one ends the program at once
+    });
   try {
     return options.records.empty() ? run_random(options) : run_records(options);
   } catch (const std::exception& error) {
