@@ -1,7 +1,6 @@
 #include "meshes/depth/touching_meshes.h"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include "convex/triangle_height.h"
@@ -17,9 +16,10 @@ namespace tandem {
 namespace {
 
 constexpr int rounds = 8;
+constexpr int work_of_triangles = 16;        // of a distance of two triangles
 constexpr double steps_of_coordinates = 16;  // in a step: triangles there are as deep as several
-constexpr double longest = 8;               // translations, over a step
-constexpr double apart_already = 1.0 / 8;   // over a step: triangles that it has not sunk into each other
+constexpr double longest = 8;                // translations, over a step
+constexpr double apart_already = 1.0 / 8;    // over a step: triangles that it has not sunk into each other
 
 // World axes, A's translation zero.
 class TouchingMeshes {
@@ -30,8 +30,9 @@ class TouchingMeshes {
   // Does no pair overlap, of many some? A translation is tried in any case: this saves most of those in vain.
   bool seem_to_touch(std::span<const TrianglePair> pairs) {
     constexpr std::size_t most = 256;
+    const double deepest = 2 * step_;
     for (std::size_t k = 0; k < pairs.size(); k += 1 + pairs.size() / most)
-      if (overlap(pairs[k], Vec3::Zero()).signed_distance < -2 * step_) return false;
+      if (overlap(pairs[k], Vec3::Zero()).signed_distance < -deepest) return false;
     return true;
   }
 
@@ -67,7 +68,7 @@ class TouchingMeshes {
         // Of faces that slide on each other rounding tells the way out.
         if (sunk)
           add(r.normal);
-        else if (n.dot(m) < -one_patch)
+        else if (n.dot(m) < -one_plane)
           add(n);
       }
       if (planes_.size() > before) return true;
@@ -85,7 +86,7 @@ class TouchingMeshes {
   Vec3 step_along(const Vec3& direction) const { return step_ * direction; }
 
  private:
-  static constexpr double one_patch = 1 - tolerance::alike_cosines;
+  static constexpr double one_plane = 1 - tolerance::alike_cosines;
 
   // Far out, what is no longer than the distance of two coordinates there would move nothing.
   static double step_of(const Posed& b, double slack) {
@@ -95,7 +96,7 @@ class TouchingMeshes {
   Pose moved(const Vec3& by) const { return {b_.pose.rotation, b_.pose.translation + by}; }
 
   PairAnswer overlap(const TrianglePair& pair, const Vec3& at) {
-    meter_.spend(16);
+    meter_.spend(work_of_triangles);
     const Corners p = mesh_of(a_.shape).corners(pair[0]), q = mesh_of(b_.shape).corners(pair[1]);
     return solve_convex(TriangleView(p), a_.pose, TriangleView(q), moved(at), Request::distance, {}, nullptr);
   }
@@ -107,7 +108,7 @@ class TouchingMeshes {
   }
 
   void add(const Vec3& n) {
-    const auto is_known = [&](const Constraint& plane) { return plane.normal.dot(n) > one_patch; };
+    const auto is_known = [&](const Constraint& plane) { return plane.normal.dot(n) > one_plane; };
     if (n.norm() > 0.5 && std::none_of(planes_.begin(), planes_.end(), is_known)) planes_.push_back({n, step_});
   }
 
