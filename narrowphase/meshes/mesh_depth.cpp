@@ -158,8 +158,7 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
     answer.normal = bound.normal;
     return with_points(answer, bound.point);
   }
-  if (PairAnswer answer; only_touch(a, b, pairs, overlap.effort.enough, bound.certain, options, answer))
-    return answer;
+  if (PairAnswer answer; only_touch(a, b, pairs, overlap.effort.enough, bound.certain, options, answer)) return answer;
   SeparationSearch search(overlap, {.certain = bound.certain});
   Separation& known = search.known;
   search.beyond_obstacles();

@@ -41,7 +41,8 @@ bool is_of_ours(PyObject* object) {
   return PyType_IsSubtype(Py_TYPE(Py_TYPE(object)), py::detail::get_internals().default_metaclass) != 0;
 }
 
-// Made by __new__ alone, without a value, or without that of one of several bases: pybind11 would call a method of none.
+// Made by __new__ alone, without a value, or without that of one of several bases: pybind11 would call a method of
+// none.
 bool has_no_value(PyObject* object) {
   if (!is_of_ours(object)) return false;
   for (const auto& held : py::detail::values_and_holders(reinterpret_cast<py::detail::instance*>(object)))
