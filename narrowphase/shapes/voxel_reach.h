@@ -4,6 +4,7 @@
 
 #include "shapes/voxel_model.h"
 #include "shapes/work_meter.h"
+#include "tolerances.h"
 
 namespace tandem {
 
