@@ -326,9 +326,12 @@ void VoxelPair::put_patch(const PairAnswer& whole, std::vector<Contact>& out, st
     const Pose moved{other_pose_.rotation, other_pose_.translation + depth * whole.normal};
     VoxelPair(voxels_, pose_, other_, moved, options).each_contact([&](VoxelRef cell, std::span<const Contact> list) {
       for (std::size_t k = 0; k < list.size(); ++k) {
-        const double along = list[k].normal.dot(whole.normal), inside = list[k].depth + along * depth;
-        if (along > one_patch && inside >= -options_.margin)
-          patch.push_back({list[k].point - depth / 2 * whole.normal, list[k].normal, std::min(inside, depth),
+        // From the point on the other, moved back, to the one on the cell.
+        const Vec3 through = list[k].depth * list[k].normal + depth * whole.normal;
+        const double inside = std::copysign(through.norm(), through.dot(whole.normal));
+        const Vec3 normal = inside != 0 ? Vec3(through / inside) : whole.normal;
+        if (normal.dot(whole.normal) > one_patch && inside >= -options_.margin)
+          patch.push_back({list[k].point - depth / 2 * whole.normal, normal, std::min(inside, depth),
                            feature_of_cell(cell, k)});
       }
     });

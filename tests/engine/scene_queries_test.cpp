@@ -927,7 +927,7 @@ TEST_CASE("configurations: continuous motions see what lies between, and what th
   Random random(14);
   const std::vector<Shape> links{Capsule{0.1, 0.6}, Box{{0.2, 0.3, 0.4}}};
   PairTable self(2, 2, true);
-  constexpr std::size_t a_motion = 4, motions = 150;
+  constexpr std::size_t a_motion = 4, motions = 300;
   std::vector<Pose> poses;
   for (std::size_t i = 0; i < motions; ++i) {
     Pose a = random_pose(random, 6), b = random_pose(random, 6);

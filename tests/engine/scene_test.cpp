@@ -114,7 +114,8 @@ TEST_CASE(
                                     Shape(Convex{corners}),
                                     Triangle{{corners[0], corners[1], corners[2]}},
                                     Shape(Mesh{corners, {{0, 1, 2}, {0, 1, 3}}}),
-                                    Plane{}};
+                                    Plane{},
+                                    Shape(Voxels{{{{0, 0, 0}, 0}, {{1, 1, 0}, 0}}, 0.5})};
   REQUIRE(kinds.size() == shape_kinds);
   Scene scene;
   std::size_t bodies = 0;
