@@ -40,11 +40,12 @@ class OctreeReader {
     throw InputError(file_ + ": byte " + std::to_string(at), found, allowed);
   }
 
+  /// Without blanks at its end.
   std::string_view line() {
     const std::size_t end = std::min(data_.find('\n', at_), data_.size());
     const std::string_view text = data_.substr(at_, end - at_);
     at_ = std::min(end + 1, data_.size());
-    return text.ends_with('\r') ? text.substr(0, text.size() - 1) : text;
+    return text.substr(0, text.find_last_not_of(" \t\r") + 1);
   }
 
   /// Up to the line "data"; false: the tree has no nodes.
@@ -120,7 +121,13 @@ class OctreeReader {
 }  // namespace
 
 Voxels read_octomap_file(const std::filesystem::path& path) {
-  const std::string file = path.string(), data = read_file(path, limits::mesh_bytes);
+  constexpr std::string_view begin = "# Octomap OcTree";
+  const std::string file = path.string();
+  InputFile input(path);
+  std::string data(begin.size(), '\0');
+  data.resize(input.read(data.data(), data.size()));
+  // Another file is refused unread: a device may be endless.
+  if (data == begin) data += input.rest(limits::mesh_bytes);
   return OctreeReader(file, data).read();
 }
 

@@ -96,7 +96,7 @@ std::vector<GridKey> sorted_cells(std::span<const std::array<std::int32_t, 3>> c
   for (std::size_t i = 0; i < cells.size(); ++i) {
     for (const std::int32_t v : cells[i])
       if (v < -grid_reach || v >= grid_reach - 1)
-        refuse_number("voxels: cell " + std::to_string(i), v,
+        refuse_number("voxel_mesh: cell " + std::to_string(i), v,
                       std::to_string(-grid_reach) + " to " + std::to_string(grid_reach - 2));
     keys.push_back(grid_key(cells[i][0], cells[i][1], cells[i][2]));
   }
@@ -157,8 +157,8 @@ Shape occupancy_grid(std::span<const std::uint8_t> occupied, const std::array<st
 }
 
 Shape voxel_mesh(std::span<const std::array<std::int32_t, 3>> cells, double size) {
-  if (cells.empty()) refuse_number("voxels: the number of cells", 0, ">= 1");
-  if (!(size > 0) || !std::isfinite(size)) refuse_number("voxels: size", size, "finite, > 0");
+  if (cells.empty()) refuse_number("voxel_mesh: the number of cells", 0, ">= 1");
+  if (!(size > 0) || !std::isfinite(size)) refuse_number("voxel_mesh: size", size, "finite, > 0");
   const std::vector<GridKey> corners = exposed_faces(sorted_cells(cells));
   std::vector<GridKey> distinct = corners;
   std::sort(distinct.begin(), distinct.end());

@@ -1,22 +1,24 @@
 // How far voxels reach: branch and bound over their hierarchy.
 #pragma once
 #include <array>
+#include <cstdint>
 
-#include "shapes/voxel_model.h"
 #include "shapes/work_meter.h"
+#include "tandem/narrowphase/shape.h"
 #include "tolerances.h"
 
 namespace tandem {
 
 /// The greatest bound(cell); bound(node) is no less than that of any cell below. The child with the greatest bound is
-/// visited first, so that cells in a row, each farther than the last, are not all visited. Throws WorkStopped.
-template <class Bound>
-double greatest_of_cells(const VoxelModel& voxels, Bound&& bound, WorkMeter& meter) {
+/// visited first, so that cells in a row, each farther than the last, are not all visited. Throws WorkStopped. Model:
+/// VoxelModel.
+template <class Model, class Bound>
+double greatest_of_cells(const Model& voxels, Bound&& bound, WorkMeter& meter) {
   struct Waiting {
     double bound;
-    VoxelRef ref;
+    std::uint32_t ref;
   };
-  std::array<Waiting, VoxelModel::most_waiting> waiting;
+  std::array<Waiting, Model::most_waiting> waiting;
   std::size_t count = 0;
   waiting[count++] = {bound(voxels.root()), voxels.root()};
   double most = -infinity;
@@ -28,7 +30,7 @@ double greatest_of_cells(const VoxelModel& voxels, Bound&& bound, WorkMeter& met
       continue;
     }
     meter.spend();
-    const VoxelModel::Node& node = voxels.node(top.ref);
+    const auto& node = voxels.node(top.ref);
     const std::size_t first = count;
     for (std::uint32_t k = node.count; k-- > 0;) {
       const Waiting child{bound(node.first + k), node.first + k};
@@ -41,6 +43,6 @@ double greatest_of_cells(const VoxelModel& voxels, Bound&& bound, WorkMeter& met
 }
 
 /// How far the cells reach along a direction (shape's frame).
-double farthest_along(const VoxelModel& voxels, const Vec3& direction, const WorkLimit* limit);
+double farthest_along(const detail::VoxelModel& voxels, const Vec3& direction, const WorkLimit* limit);
 
 }  // namespace tandem

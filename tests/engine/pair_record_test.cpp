@@ -163,6 +163,41 @@ TEST_CASE("pair record: a way ends where rotations of six decimals put round sha
     }
 }
 
+TEST_CASE("pair record: a cylinder whose rotation is off meets voxels when it meets the first of their cells") {
+  const NarrowPhase solver;
+  Mat3 off;
+  off << 0.936293, -0.275096, 0.218351, 0.289629, 0.956425, -0.036957, -0.198669, 0.097843, 0.975170;
+  const Shape grid(Voxels{{{{0, 0, 0}, 1}, {{2, 1, 3}, 0}, {{-2, 0, -1}, 0}, {{-1, 4, 0}, 0}}, 0.25, Vec3(0.1, 0, 0)});
+  const PlacedShape cylinder = place(Cylinder{0.1, 0.5}, Pose{off, Vec3(0.2, 0.3, 4)});
+  REQUIRE(cylinder.rest);
+  int met = 0;
+  for (const double rounding : {0.0, 0.05})
+    for (const double x : {-0.15, -0.1, -0.05, 0.0, 0.05, 0.1}) {
+      CAPTURE(rounding, x);
+      const Vec3 v(x, x / 2, -2);
+      const PlacedShape voxels = place(grid.rounded(rounding), Pose{});
+      std::optional<double> first;
+      for (const VoxelCell& cell : grid.cells()) {
+        const double edge = 0.25 * (1 << cell.level);
+        const Vec3 corner = Vec3(0.1, 0, 0) + 0.25 * Vec3(cell.corner[0], cell.corner[1], cell.corner[2]);
+        const PlacedShape box = place(Shape(Box{Vec3::Constant(edge)}).rounded(rounding),
+                                      Pose{Mat3::Identity(), corner + Vec3::Constant(edge / 2)});
+        const auto time = time_of_impact(solver, cylinder, v, box, Vec3::Zero(), 10);
+        if (time && !(first && *first <= *time)) first = time;
+      }
+      const auto found = time_of_impact(solver, cylinder, v, voxels, Vec3::Zero(), 10);
+      const auto back = time_of_impact(solver, voxels, Vec3::Zero(), cylinder, v, 10);
+      REQUIRE(found.has_value() == first.has_value());
+      REQUIRE(back.has_value() == first.has_value());
+      if (!first) continue;
+      ++met;
+      CHECK(std::abs(*found - *first) < 1e-9);
+      CHECK(std::abs(*back - *first) < 1e-9);
+      CHECK_FALSE(time_of_impact(solver, cylinder, v, voxels, Vec3::Zero(), *first - 1e-6));
+    }
+  CHECK(met > 6);
+}
+
 TEST_CASE("pair record: round shapes stand where rotations of six decimals put their points, R v + t") {
   const Mat3 r = (Mat3() << 0.936293, -0.275096, 0.218351, 0.289629, 0.956425, -0.036957, -0.198669, 0.097843, 0.975170)
                      .finished();

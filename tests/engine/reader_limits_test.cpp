@@ -12,6 +12,7 @@
 #include "formats/text_file.h"
 #include "message_of.h"
 #include "tandem/formats/mesh_file.h"
+#include "tandem/formats/octomap_file.h"
 #include "tandem/formats/scene_file.h"
 #include "temporary_folder.h"
 
@@ -233,4 +234,73 @@ TEST_CASE("readers: a face that names a vertex too far back or beyond all is ref
              Catch::EndsWith("a.obj:5: vertex 5, allowed: 1 to 4"));
   CHECK_THAT(refusal(vertices + "f 1 2 9223372036854775807\n"), Catch::Contains("'9223372036854775807', allowed: "));
   CHECK(refusal(vertices + "f 1 2 4\nv 1 1 1\n").empty());
+}
+
+namespace {
+
+Voxels octree(std::string_view header, std::string_view nodes, bool is_binary = true) {
+  const TemporaryFolder folder;
+  const std::string first = is_binary ? "# Octomap OcTree binary file\n" : "# Octomap OcTree file\n";
+  return read_octomap_file(folder.write("map", first + std::string(header) + std::string(nodes)));
+}
+
+std::string refusal_of_octree(std::string_view header, std::string_view nodes, bool is_binary = true) {
+  const std::string what = message_of([&] { (void)octree(header, nodes, is_binary); });
+  check_refusal(what);
+  return what;
+}
+
+/// A node of an .ot file.
+std::string full_node(float odds, int children) { return raw_bytes(odds) + static_cast<char>(children); }
+
+constexpr std::string_view octree_header = "id OcTree\nsize 2\nres 0.5\ndata\n";
+
+}  // namespace
+
+TEST_CASE("octomap: headers with comments and blanks behind their values are read, others refused by name") {
+  const std::string_view leaf("\x02\x00", 2);
+  for (const std::string_view header :
+       {octree_header, std::string_view("# made by hand\n\nid OcTree \nsize 2 \nres 0.5 \ndata \n"),
+        std::string_view("id OcTree\r\nres 0.5\t\r\ndata\r\n"), std::string_view("res 0.5\ndata\n")}) {
+    CAPTURE(header);
+    const Voxels map = octree(header, leaf);
+    CHECK(map.cell_size == 0.5);
+    REQUIRE(map.cells.size() == 1);
+    CHECK(map.cells[0] == VoxelCell{{-32768, -32768, -32768}, 15});
+  }
+  for (const std::string_view res : {"nan", "inf", "-1", "0", "1e400", "0.5 m", ""}) {
+    CAPTURE(res);
+    const std::string header = "id OcTree\nres " + std::string(res) + "\ndata\n";
+    CHECK_THAT(refusal_of_octree(header, leaf), Catch::Contains("byte 39: ") && Catch::Contains("res"));
+  }
+  CHECK_THAT(refusal_of_octree("id OcTree\ndata\n", leaf), Catch::Contains("no res"));
+  CHECK_THAT(refusal_of_octree("id ColorOcTree\nres 1\ndata\n", leaf), Catch::Contains("ColorOcTree"));
+  CHECK_THAT(refusal_of_octree("id OcTree\nres 1\n", leaf), Catch::Contains("end of file"));
+  CHECK(octree("id OcTree\nsize 0\nres 1\ndata\n", "").cells.empty());
+}
+
+TEST_CASE("octomap: nodes that end early, go on, or lie below level 16 are refused") {
+  CHECK_THAT(refusal_of_octree(octree_header, "\x02"), Catch::Contains("end of file"));
+  CHECK_THAT(refusal_of_octree(octree_header, ""), Catch::Contains("end of file"));
+  CHECK_THAT(refusal_of_octree(octree_header, std::string(5, '\0')), Catch::Contains("3 bytes behind the tree"));
+  // A chain of nodes: the last has leaves of the smallest size, or one more node.
+  const std::string_view inner("\x03\x00", 2), leaf("\x02\x00", 2);
+  std::string chain, full;
+  for (int level = 16; level > 1; --level) chain += inner, full += full_node(0, 1);
+  const Voxels deep = octree(octree_header, chain + std::string(leaf));
+  REQUIRE(deep.cells.size() == 1);
+  CHECK(deep.cells[0].level == 0);
+  CHECK_THAT(refusal_of_octree(octree_header, chain + std::string(inner) + std::string(leaf)),
+             Catch::Contains("below level 16"));
+  full += full_node(0, 1);
+  CHECK(octree(octree_header, full + full_node(0.5f, 0), false).cells == deep.cells);
+  CHECK(octree(octree_header, full + full_node(-0.5f, 0), false).cells.empty());
+  CHECK_THAT(refusal_of_octree(octree_header, full + full_node(0, 1) + full_node(0, 0), false),
+             Catch::Contains("below level 16"));
+  CHECK_THAT(refusal_of_octree(octree_header, full_node(0, 1), false), Catch::Contains("end of file"));
+}
+
+TEST_CASE("octomap: a device that never ends is refused by its first bytes") {
+  CHECK_THAT(message_of([] { (void)read_octomap_file("/dev/zero"); }), Catch::Contains("/dev/zero: byte 0"));
+  CHECK_FALSE(message_of([] { (void)read_octomap_file("/nowhere/map.bt"); }).empty());
 }

@@ -65,6 +65,9 @@ class Voxels(unittest.TestCase):
             path.write_bytes(header + b"\x03")
             with self.assertRaisesRegex(ValueError, "map.bt: byte"):
                 tandem.read_octomap(path)
+            path.write_bytes(header + b"\x01\x00")
+            with self.assertRaisesRegex(ValueError, "map.bt: voxels: cells is empty"):
+                tandem.read_octomap(path)
 
     def test_refusals(self):
         with self.assertRaisesRegex(ValueError, "level 21"):
@@ -82,6 +85,9 @@ class Voxels(unittest.TestCase):
         ]:
             with self.assertRaisesRegex(ValueError, message):
                 tandem.voxels(cells, size)
+        for cells, size in [(np.zeros((0, 3), int), 1), ([[0, 0, 0]], -1), ([[2**20, 0, 0]], 1)]:
+            with self.assertRaisesRegex(ValueError, "voxel_mesh: "):
+                tandem.voxel_mesh(cells, size)
 
 
 class Winding(unittest.TestCase):

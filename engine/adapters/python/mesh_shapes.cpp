@@ -86,7 +86,12 @@ Shape voxel_mesh_of(const py::object& given, double size) {
 
 Shape octomap_of(const std::filesystem::path& path) {
   const py::gil_scoped_release released;
-  return Shape(read_octomap_file(path));
+  const Voxels leaves = read_octomap_file(path);
+  try {
+    return Shape(leaves);
+  } catch (const std::invalid_argument& error) {
+    throw std::invalid_argument(path.string() + ": " + error.what());
+  }
 }
 
 Shape solid_of(const py::object& vertices, const py::object& triangles, double size, double least,
@@ -126,7 +131,7 @@ void bind_voxels(py::module_& m) {
   m.def("read_octomap", &octomap_of, py::arg("path"),
         "The occupied leaves of an octree in one of octomap's .bt or .ot files, as voxels. ValueError 'FILE: byte N: "
         "...' where it\n"
-        "cannot be used.");
+        "cannot be used, 'FILE: voxels: ...' where no leaf is occupied.");
 }
 
 }  // namespace

@@ -3,8 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cctype>
 #include <functional>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "formats/json_writer.h"
 #include "formats/output_file.h"
@@ -14,6 +18,7 @@
 #include "formats/text_file.h"
 #include "inputs.h"
 #include "tandem/formats/mesh_file.h"
+#include "tandem/formats/octomap_file.h"
 #include "tandem/formats/scene_file.h"
 #include "temporary_folder.h"
 
@@ -156,6 +161,47 @@ void judge_mesh(std::string_view bytes, std::string_view extension) {
   check_shape(reader.read(JsonRef(json)));
 }
 
+/// Cells within a node of an octree, as octomap's .ot files have them: log odds and a bit for each child.
+void write_octree(std::string& out, const VoxelCell& node, std::span<const VoxelCell> cells) {
+  const bool is_leaf = cells.size() == 1 && cells[0] == node;
+  const float odds = is_leaf ? 1.0f : 0.0f;
+  const auto bits = std::bit_cast<std::uint32_t>(odds);
+  for (unsigned k = 0; k < 4; ++k) out += static_cast<char>(bits >> 8 * k & 255u);
+  const std::size_t mask = out.size();
+  out += '\0';
+  if (is_leaf) return;
+  require(node.level > 0, "cells that overlap");
+  for (unsigned i = 0; i < 8; ++i) {
+    VoxelCell child{node.corner, static_cast<std::uint8_t>(node.level - 1)};
+    for (std::size_t k = 0; k < 3; ++k) child.corner[k] += static_cast<std::int32_t>(i >> k & 1u) << child.level;
+    std::vector<VoxelCell> within;
+    for (const VoxelCell& cell : cells) {
+      bool is_in = cell.level <= child.level;
+      for (std::size_t k = 0; k < 3; ++k)
+        is_in = is_in && cell.corner[k] >= child.corner[k] && cell.corner[k] < child.corner[k] + (1 << child.level);
+      if (is_in) within.push_back(cell);
+    }
+    if (within.empty()) continue;
+    out[mask] = static_cast<char>(static_cast<unsigned char>(out[mask]) | 1u << i);
+    write_octree(out, child, within);
+  }
+}
+
+void judge_octomap(std::string_view bytes) {
+  Voxels map = read_octomap_file(file_of("map.bt", bytes));
+  require(map.cell_size > 0 && map.origin == Vec3::Zero(), "a map without a resolution, or with an origin");
+  if (map.cells.empty()) return;
+  std::string tree = "# Octomap OcTree file\nid OcTree\nres " +
+                     written([&](JsonWriter& out) { out.value(map.cell_size); }) + "\ndata\n";
+  write_octree(tree, {{-32768, -32768, -32768}, 16}, map.cells);
+  Voxels again = read_again([&] { return read_octomap_file(file_of("again.ot", tree)); });
+  const auto key = [](const VoxelCell& cell) { return std::pair(cell.corner, cell.level); };
+  for (std::vector<VoxelCell>* cells : {&map.cells, &again.cells})
+    std::sort(cells->begin(), cells->end(),
+              [&](const VoxelCell& x, const VoxelCell& y) { return key(x) < key(y); });
+  require(again.cells == map.cells && again.cell_size == map.cell_size, "an octree that reads back as another");
+}
+
 /// A recording that was read, written again.
 std::string written_again(RecordReader& reader) {
   Scene scene = reader.scene();
@@ -219,6 +265,7 @@ void judge(std::string_view reader, std::string_view bytes) {
   if (reader == "scene") return judge_scene(bytes);
   for (const std::string_view extension : {".obj", ".stl", ".ply", ".off", ".gltf", ".glb"})
     if (reader == extension.substr(1)) return judge_mesh(bytes, extension);
+  if (reader == "octomap") return judge_octomap(bytes);
   if (reader == "recording") return judge_recording(bytes);
   if (reader == "results") return judge_results(bytes);
   throw Wrong{"no such reader"};

@@ -927,7 +927,7 @@ def read_mesh(
 
 def read_octomap(path: PathLike) -> Shape:
     """The occupied leaves of an octree in one of octomap's .bt or .ot files, as voxels. ValueError 'FILE: byte N: ...' where it
-    cannot be used.
+    cannot be used, 'FILE: voxels: ...' where no leaf is occupied.
     """
 
 def read_scene(path: PathLike) -> Scene:

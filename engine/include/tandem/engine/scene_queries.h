@@ -54,7 +54,7 @@ struct Impact {
   BodyId body;
   double t = 0;                                      ///< time within the motion, [0, 1]; 0: they touch at the start
   Vec3 point = Vec3::Zero(), normal = Vec3::Zero();  ///< as in PairAnswer: midway, from the shape to the body
-  /// The features of the shape and of the body: the triangle index of a mesh, else 0.
+  /// The features of the shape and of the body: the triangle index of a mesh, the cell of voxels, else 0.
   std::array<std::uint32_t, 2> feature{};
 };
 

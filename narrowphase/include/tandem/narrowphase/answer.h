@@ -29,9 +29,9 @@ struct Contact {
   Vec3 point;        ///< midway between the two surfaces
   Vec3 normal;       ///< unit, from A to B: moving B by depth along it separates them here
   double depth = 0;  ///< >= 0 overlap; < 0 distance, within the margin asked for
-  /// The features that touch; contacts of a pair are sorted by it. It is the same in the next step while the same face
-  /// clips the patch: for two equally aligned faces that may change, while the positions stay. A caller that keeps data
-  /// for a point from step to step should match it by its position, too.
+  /// The features that touch, by which contacts are sorted; with voxels / 64 the cell, of two sets of that with more
+  /// cells. The same in the next step while the same face clips the patch: for two equally aligned faces that may
+  /// change, while the positions stay. A caller that keeps data for a point should match it by its position, too.
   std::uint32_t feature = 0;
 };
 

@@ -42,7 +42,7 @@ struct VoxelCell {
 /// The union of closed cubes of a grid, solid: the occupied cells of an octree or an occupancy grid.
 struct Voxels {
   std::vector<VoxelCell> cells;   ///< 1 to 2^26, in any order; duplicates, and cells within others, count once
-  double cell_size = 0;           ///< edge of a smallest cell, > 0, at least 1e-9 of the origin's coordinates
+  double cell_size = 0;           ///< of a smallest cell, >= 1e-9 of the origin's coordinates; all: <= 5e29 wide
   Vec3 origin = Vec3::Zero();     ///< the corner (0, 0, 0) of the grid in the shape's frame
 };
 
@@ -104,8 +104,8 @@ class Shape {
   Shape(Mesh, const PartRunner& parts);  ///< the same, with the work distributed by `parts`
   /// Builds a hierarchy of boxes with these options; throws WorkStopped if the limit ended it.
   Shape(Mesh, const BuildOptions& options);
-  /// Sorts the cells and builds a hierarchy of boxes: some 20 bytes a cell. Eight cells that fill one twice as wide
-  /// become that one: of one set of points there is one shape, however it was cut into cells.
+  /// Sorts the cells and builds a hierarchy of boxes: 20 bytes a cell. Eight that fill one twice as wide become that
+  /// one: one set of points is one shape. Throws std::invalid_argument for a cell, size, origin or width not allowed.
   explicit Shape(const Voxels&);
 
   /// This shape with a ball of this radius (>= 0, finite, metres) about each of its points: a box with round edges, a
