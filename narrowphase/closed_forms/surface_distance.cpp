@@ -12,8 +12,6 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t most_faces = 128;
-
 Vec3 radii_of(const ConvexView& v) { return {v.param[0], v.param[1], v.param[2]}; }
 
 }  // namespace
@@ -148,7 +146,7 @@ std::optional<SurfaceDistance> surface_distance(const ConvexView& shape, const V
     case ShapeKind::mesh:
       break;
   }
-  if (shape.hull == nullptr || shape.hull->dimension != 3 || shape.hull->faces.size() > most_faces) return {};
+  if (shape.hull == nullptr || shape.hull->dimension != 3 || shape.hull->faces.size() > most_faces_in_turn) return {};
   return from_hull(*shape.hull, p, slack);
 }
 

@@ -2,11 +2,15 @@
 // contact is still found.
 #include "meshes/contacts/convex_contacts.h"
 
+#include <hwy/targets.h>
+#include <bit>
 #include <limits>
+#include <string>
 
 #include "catch.h"
 #include "mesh_samples.h"
 #include "meshes/contacts/normal_cone.h"
+#include "one_instruction_set.h"
 #include "random_pairs.h"
 #include "shapes/shape_insides.h"
 
@@ -31,7 +35,8 @@ TEST_CASE("contacts with a convex shape: of triangles deep inside none that push
   for (const Shape& mesh : {Shape(torus(0.5, 0.25, 24, 16)), Shape(box_mesh({0.8, 0.7, 0.6}, 5))})
     for (const Shape& convex : large_shapes())
       for (int i = 0; i < 6; ++i) {
-        const Pose at{random.rotation(), random.vec(-0.5, 0.5)};
+        Pose at{random.rotation(), random.vec(-0.5, 0.5)};
+        if (i == 5) at.rotation.setIdentity();
         CAPTURE(name(convex.kind()), mesh.triangles().size(), i);
         const NarrowPhaseOptions options;
         const Pose home;
@@ -82,17 +87,110 @@ bool is_over(const MeshConvexPair& pair, const Corners& p, const Vec3& n) {
                      [&](const Contact& c) { return c.feature != 0xffffffffu || !is_beyond(low); });
 }
 
+Mesh displaced(Mesh mesh) {
+  for (Vec3& v : mesh.vertices) v += Vec3(3, -2, 5);
+  return mesh;
+}
+
+// What is told of all bottom nodes.
+std::vector<std::uint64_t> told(const MeshConvexPair& pair) {
+  const TriangleScreen screen = pair.screen();
+  std::vector<std::uint64_t> out;
+  ScreenedTriangles screened;
+  pair.query().each_bottom(0, [&](const MeshNode& node, std::uint32_t within) {
+    screen.look(node, within, screened);
+    out.push_back(screened.deep & within), out.push_back(screened.beside & screened.deep & within);
+    for (std::uint32_t lane = 0; lane < mesh_lanes; ++lane)
+      if ((screened.deep & within) >> lane & 1)
+        for (const double* x : {screened.depth, screened.chord, screened.cosine_off})
+          out.push_back(std::bit_cast<std::uint64_t>(x[lane]));
+    return false;
+  });
+  return out;
+}
+
 }  // namespace
+
+TEST_CASE("triangles screened at once: the same bits on each instruction set") {
+  const auto all = [] {
+    Random random(12);
+    std::vector<std::uint64_t> out;
+    for (const Shape& mesh : {Shape(displaced(torus(0.5, 0.25, 24, 16))), Shape(box_mesh({0.8, 0.0002, 0.7}, 6))})
+      for (const Shape& convex : large_shapes())
+        for (int i = 0; i < 4; ++i) {
+          const Pose home;
+          const Pose at{i == 3 ? Mat3(Mat3::Identity()) : random.rotation(),
+                        random.vec(-0.4, 0.4) + mesh_of(mesh).centre};
+          const NarrowPhaseOptions options;
+          const std::vector<std::uint64_t> one = told(MeshConvexPair({mesh, home}, {convex, at}, options));
+          out.insert(out.end(), one.begin(), one.end());
+        }
+    return out;
+  };
+  const std::vector<std::uint64_t> usual = all();
+  CHECK(usual.size() > 10000);
+  for (const std::int64_t target : hwy::SupportedAndGeneratedTargets()) {
+    CAPTURE(std::string(hwy::TargetName(target)));
+    const OneInstructionSet only(target);
+    CHECK((all() == usual));
+  }
+}
+
+// A strip's normal may be off across it, and where it leans little to a cone's axis, the line that the cone shows
+// turns by ten times as much.
+TEST_CASE("triangles screened at once: beside a cone are those that are so along all normals that theirs may be") {
+  const double height = 4e-6, lean = 0.101;
+  const Shape strip(box_mesh({0.02, height, 0.001})), cone(Cone{1, 0.1});
+  const Mat3 turn = Eigen::AngleAxisd(std::asin(lean), Vec3::UnitY()).toRotationMatrix();
+  std::size_t deep = 0, beside = 0, over = 0;
+  for (const double x : {0.7, 0.8, 0.9})
+    for (double y = -0.15; y < 0.15; y += 0.0005) {
+      const double level = -0.048;
+      const Pose at{turn.transpose(), turn.transpose() * -Vec3(x, y, level)}, home;
+      const NarrowPhaseOptions options;
+      const MeshConvexPair pair({strip, home}, {cone, at}, options);
+      const TriangleScreen screen = pair.screen();
+      ScreenedTriangles screened;
+      pair.query().each_bottom(0, [&](const MeshNode& node, std::uint32_t within) {
+        screen.look(node, within, screened);
+        for (std::uint32_t lane = 0; lane < mesh_lanes; ++lane) {
+          if (((screened.deep & within) >> lane & 1) == 0) continue;
+          const Corners p = pair.corners(pair.model().triangle_of(node, lane));
+          const Vec3 normal = area_vector(p).normalized();
+          if (normal[2] > -0.5) continue;  // the cone shows its base to the others, or nothing of its side
+          ++deep;
+          const bool is_beside = (screened.beside >> lane & 1) != 0;
+          beside += is_beside;
+          for (const double side : {-1.0, -0.5, 0.5, 1.0}) {
+            const Vec3 n = (normal + side * screened.cosine_off[lane] * Vec3::UnitY()).normalized();
+            const bool lies_over = is_over(pair, p, n);
+            over += lies_over;
+            CAPTURE(x, y, side, screened.cosine_off[lane], normal[0], normal[2]);
+            CHECK_FALSE((is_beside && lies_over));
+          }
+        }
+        return false;
+      });
+    }
+  CAPTURE(deep, beside, over);
+  CHECK(beside > 50);
+  CHECK(over > 20);
+}
 
 TEST_CASE("triangles screened at once: depths, chords and what lies beside are as told") {
   Random random(8);
   std::size_t deep = 0, beside = 0;
   Mesh surface = torus(0.5, 0.25, 40, 24);
   surface.solid = false;
-  for (const Shape& mesh : {Shape(torus(0.5, 0.25, 40, 24)), Shape(surface)})
+  const Shape slivers(box_mesh({0.8, 0.0002, 0.7}, 6)), crate(box_mesh({0.8, 0.6, 0.5}, 5));
+  for (const Shape& mesh :
+       {Shape(torus(0.5, 0.25, 40, 24)), Shape(surface), crate, slivers, Shape(displaced(torus(0.5, 0.25, 40, 24)))})
     for (const Shape& convex : large_shapes())
-      for (int i = 0; i < 4; ++i) {
-        const Pose at{random.rotation(), random.vec(-0.5, 0.5)}, home;
+      for (int i = 0; i < 6; ++i) {
+        // The last two are turned by nothing and by a quarter: faces tie.
+        Pose at{random.rotation(), random.vec(-0.5, 0.5) + mesh_of(mesh).centre}, home;
+        if (i == 4) at.rotation.setIdentity();
+        if (i == 5) at.rotation << 0, -1, 0, 0, 0, -1, 1, 0, 0;
         const NarrowPhaseOptions options;
         const MeshConvexPair pair({mesh, home}, {convex, at}, options);
         const TriangleScreen screen = pair.screen();

@@ -350,7 +350,10 @@ void ConvexContacts::find(PairAnswer& near, PatchCollector& all, std::vector<Con
     if (apart.gap > margin && !apart.normal.isZero()) clear.add(pair_.support_plane(apart.normal));
   };
   query.each_bottom(margin, [&](const MeshNode& node, std::uint32_t within) {
-    if (screen.applies()) screen.look(node, within, screened);
+    if (screen.applies()) {
+      meter.spend(screen.units());
+      screen.look(node, within, screened);
+    }
     for (std::uint32_t left = within; left != 0; left &= left - 1) {
       meter.spend(a_visit);
       const auto lane = static_cast<std::uint32_t>(std::countr_zero(left));

@@ -15,7 +15,6 @@
 namespace tandem {
 namespace {
 
-constexpr std::size_t most_faces = 128;  // of a hull that is asked how far it extends
 // Of a tube each is as near to the axis as any other, and each is solved.
 constexpr std::size_t most_triangles = 8192;
 
@@ -79,7 +78,7 @@ bool meets_other(const InnerCapsule& inner, const Posed& mesh, const Posed& othe
   const Vec3 between = near - middle;
   const double length = between.norm(), radius = certain(inner.radius, inner, own, mesh, other);
   if (length < radius) return true;
-  if (!(radius > 0) || (convex.hull != nullptr && convex.hull->faces.size() > most_faces)) return false;
+  if (!(radius > 0) || (convex.hull != nullptr && convex.hull->faces.size() > most_faces_in_turn)) return false;
   const double exit = tandem::exit_length(convex, own, to_mesh.rotation.transpose() * (between / length));
   return std::isfinite(exit) && length - exit < radius;
 }

@@ -163,7 +163,7 @@ double MeshConvexPair::box_gap(const Corners& p) const {
     for (int i = 0; i < 3; ++i) {
       const int j = (i + 1) % 3, k = (i + 2) % 3;
       // Axis i x edge: (.., -edge[k], edge[j]).
-      const double length = std::hypot(edge[j], edge[k]);
+      const double length = std::sqrt(edge[j] * edge[j] + edge[k] * edge[k]);
       if (!(length > 0)) continue;
       const double extent = own_half_[j] * std::abs(edge[k]) + own_half_[k] * std::abs(edge[j]);
       const auto at = [&](const Vec3& v) { return edge[j] * v[k] - edge[k] * v[j]; };

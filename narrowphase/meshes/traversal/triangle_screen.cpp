@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "closed_forms/surface_distance.h"
 #include "tolerances.h"
 
 #include "lanes/lanes_of_256_bits.h"
@@ -73,12 +74,14 @@ HWY_INLINE V exit_of_disc(const V* q, const V* d, double radius) {
   const V c = hn::Sub(square_across(q), number(radius * radius));
   return last_root(square_across(d), across(q, d), least(c, hn::Zero(D())));
 }
-// `value` where the length by which it was divided is none that is 0.
+HWY_INLINE M tells_a_point(V rho) { return hn::Gt(rho, number(ScreeningShape::least_lean)); }
+// `value`, which was divided by the length; where that is 0, no bound.
 HWY_INLINE V where_long(V length, V value) { return hn::IfThenElse(hn::Gt(length, hn::Zero(D())), value, infinite()); }
 
-// Each body: whether a point is inside for sure; how far it is from there to the surface along d (unit); a translation
-// that takes a triangle out; how far the face that looks most along d, and the point farthest along it, reach against
-// `out`, where directions closer than `tie` count as one.
+// Each kind of shape has four functions. `inside`: is a point inside for sure? `exit`: the length from a point inside
+// to the surface along d (unit). `depth`: the length of a translation that takes a triangle out, if not the shortest
+// one. `reach`: the least of out . x over all points x that the shape shows along d (unit): those of the face whose
+// normal is nearest to d, and the point farthest along d. Of normals that are as near to within `tie`, all faces count.
 
 struct BoxLanes {
   const ScreeningShape& shape;
@@ -156,7 +159,7 @@ struct CapsuleLanes {
     if (!(half > 0)) return end;
     // Of a side that is nearly met head on all of the circle.
     const V rho = hn::Sqrt(square_across(d)), width = hn::Sqrt(square_across(out));
-    const V side = hn::IfThenElse(hn::Gt(rho, number(0.1)), hn::Div(across(d, out), rho), hn::Neg(width));
+    const V side = hn::IfThenElse(tells_a_point(rho), hn::Div(across(d, out), rho), hn::Neg(width));
     return hn::Sub(least(end, hn::Mul(number(radius), side)), hn::Mul(number(half), hn::Abs(out[2])));
   }
 };
@@ -195,7 +198,7 @@ struct CylinderLanes {
 struct ConeLanes {
   const ScreeningShape& shape;  // its length is twice the half one
   HWY_INLINE double length() const { return 2 * shape.param[1]; }
-  HWY_INLINE double slant() const { return std::hypot(shape.param[0], length()); }
+  HWY_INLINE double slant() const { return shape.slant; }
   HWY_INLINE M inside(const V* q) const {
     const V rho = hn::Sqrt(square_across(q)), down = hn::Sub(number(shape.param[1]), q[2]);
     const V side = hn::Sub(hn::Mul(rho, number(length())), hn::Mul(number(shape.param[0]), down));
@@ -231,7 +234,7 @@ struct ConeLanes {
     const V lean = hn::Sub(hn::Neg(d[2]), side), base = hn::Neg(hn::Mul(half, out[2]));
     const V disc = hn::Sub(base, hn::Mul(number(shape.param[0]), hn::Sqrt(square_across(out))));
     const V foot = hn::Add(base, hn::Div(hn::Mul(number(shape.param[0]), across(d, out)), rho));
-    const V line = least(hn::Mul(half, out[2]), hn::IfThenElse(hn::Gt(rho, number(0.1)), foot, disc));
+    const V line = least(hn::Mul(half, out[2]), hn::IfThenElse(tells_a_point(rho), foot, disc));
     const V twice = hn::Add(tie, tie);
     return least(hn::IfThenElse(hn::Gt(lean, hn::Neg(twice)), disc, infinite()),
                  hn::IfThenElse(hn::Lt(lean, twice), line, infinite()));
@@ -313,8 +316,9 @@ HWY_INLINE void reach_of_sides(const HullLanes& body, const V* d, const V (&out)
   body.reach(d, out, tie, far);
 }
 
-// The triangles' normals (unit, outward as they are wound), and by how much their cosines may be off: a corner beside
-// its place turns the normal by that over the height.
+// The triangles' normals (unit, outward as they are wound), and by how much cosines of angles to them may be off. Both
+// ends of a side are off by up to `corner_off`, so the side by twice that, and the cross product of two sides by up to
+// four times that times the longest.
 struct Normals {
   V own[3], against[3], off;
   double corner_off;
@@ -329,7 +333,8 @@ struct Normals {
     const V per = hn::Div(number(1), hn::IfThenElse(flat, area, number(1)));
     for (int k = 0; k < 3; ++k) own[k] = hn::Mul(own[k], per), against[k] = hn::Neg(own[k]);
     const V longest = hn::Sqrt(hn::Max(squared_norm(u), hn::Max(squared_norm(v), squared_norm(w))));
-    off = hn::IfThenElse(flat, hn::Mul(number(4 * corner_off), hn::Mul(longest, per)), number(2));
+    constexpr double unknown = 2;  // cosines differ by no more
+    off = hn::IfThenElse(flat, hn::Mul(number(4 * corner_off), hn::Mul(longest, per)), number(unknown));
   }
 };
 
@@ -406,7 +411,8 @@ HWY_INLINE void load_points(const ScreeningShape& shape, const TriangleBlock& bl
     p.at[3][k] = hn::Mul(hn::Add(p.at[0][k], hn::Add(p.at[1][k], p.at[2][k])), number(1.0 / 3));
 }
 
-// Of sides seen along the normal: does all that is shown lie beyond one?
+// Of prisms over the triangles along their normals: does all that the shape shows against the normal (`reach`) lie
+// beyond one of the three sides, by more than rounding may be off?
 template <class Body>
 HWY_INLINE M lies_beside(const Body& body, const Points& p, const V* n, V off) {
   const ScreeningShape& shape = body.shape;
@@ -446,7 +452,7 @@ void screen(const Body& body, const TriangleBlock& block, std::uint32_t within, 
     V chord, depth;
     if (!measure(body, p, !shape.solid, n, chord, depth)) continue;
     depth = hn::Add(depth, number(shape.pad));
-    const std::uint32_t deep = bits_of(hn::Gt(chord, depth));
+    const std::uint32_t deep = bits_of(hn::And(hn::Gt(chord, depth), hn::Lt(n.off, number(ScreeningShape::most_off))));
     if ((deep & within >> l) == 0) continue;
     hn::Store(chord, D(), result.chord + l);
     hn::Store(depth, D(), result.depth + l);
@@ -494,28 +500,38 @@ HWY_EXPORT(screen_triangles);
 TriangleScreen::TriangleScreen(const MeshModel& mesh, const ConvexView& convex, const Mat3& turn, const Vec3& shift,
                                double size)
     : mesh_(mesh) {
-  constexpr std::size_t most_faces = 128;
   shape_.kind = convex.kind;
   shape_.hull = convex.hull;
   std::copy_n(convex.param.begin(), 3, shape_.param);
   const bool is_long =
       convex.kind == ShapeKind::capsule || convex.kind == ShapeKind::cylinder || convex.kind == ShapeKind::cone;
-  if (is_long) shape_.param[1] *= 0.5;
+  if (is_long) {
+    const double radius = shape_.param[0], length = shape_.param[1];
+    shape_.slant = std::sqrt(radius * radius + length * length);
+    shape_.param[1] *= 0.5;
+  }
   const bool is_round = is_long || convex.kind == ShapeKind::sphere || convex.kind == ShapeKind::box ||
                         convex.kind == ShapeKind::ellipsoid;
   const bool is_polytope =
-      convex.hull != nullptr && convex.hull->dimension == 3 && convex.hull->faces.size() <= most_faces;
+      convex.hull != nullptr && convex.hull->dimension == 3 && convex.hull->faces.size() <= most_faces_in_turn;
   applies_ = is_round || is_polytope;
   if (!is_round) shape_.kind = ShapeKind::convex;
+  if (applies_ && is_polytope) units_ += static_cast<int>(convex.hull->faces.size() / 16);
   const Vec3 at = turn.transpose() * (mesh.centre - shift);
   for (int k = 0; k < 3; ++k) {
     for (int i = 0; i < 3; ++i) shape_.to_own[k][i] = mesh.unit * turn(i, k);
     shape_.to_own[k][3] = at[k];
     shape_.middle[k] = convex.hull != nullptr ? convex.hull->inside[k] : 0;
   }
+  // Each coordinate is off by the mesh's pad, so the corner by the root of 3 times that, less than twice.
   shape_.corner_off = 2 * mesh.corner_pad() * mesh.unit;
+  // Twice what is allowed for where triangles are asked one by one (ConvexContacts::enough_for), and more corners than
+  // a depth, by the one that it starts from and the lowest, and a chord, by its start, are off by together.
   shape_.pad = 2 * tolerance::flush * size + 4 * shape_.corner_off;
+  // Points of both are no farther apart than the sum of their diameters; a side's outward direction and the direction
+  // that tells what is shown are off at once.
   shape_.reach = 2 * size;
+  if (is_long) shape_.reach += 2 * shape_.param[0] / ScreeningShape::least_lean;
   if (convex.kind == ShapeKind::ellipsoid) {
     const auto [shortest, longest] = std::minmax({shape_.param[0], shape_.param[1], shape_.param[2]});
     shape_.reach += longest * longest / shortest;
