@@ -330,7 +330,8 @@ void VoxelPair::put_patch(const PairAnswer& whole, std::vector<Contact>& out, st
         const Vec3 through = list[k].depth * list[k].normal + depth * whole.normal;
         const double inside = std::copysign(through.norm(), through.dot(whole.normal));
         const Vec3 normal = inside != 0 ? Vec3(through / inside) : whole.normal;
-        if (normal.dot(whole.normal) > one_patch && inside >= -options_.margin)
+        const double along = std::min(normal.dot(whole.normal), list[k].normal.dot(whole.normal));
+        if (along > one_patch && inside >= -options_.margin)
           patch.push_back({list[k].point - depth / 2 * whole.normal, normal, std::min(inside, depth),
                            feature_of_cell(cell, k)});
       }
@@ -383,7 +384,9 @@ PairAnswer VoxelPair::contacts(std::vector<Contact>& out) {
   const double length = -answer.signed_distance,
                off = std::max(length - found.certain, is_free ? 0.0 : -whole.signed_distance - length);
   // A contact as deep as what separates need not separate itself.
-  if (off > slack() || (has_deepest && !is_free))
+  const bool deepest_separates =
+      has_deepest ? is_free : answer.normal.dot(whole.normal) > 1 - tolerance::alike_cosines;
+  if (off > slack() || !deepest_separates)
     answer.status = Status::inexact, answer.error_bound = std::max(off, slack());
   return answer;
 }
