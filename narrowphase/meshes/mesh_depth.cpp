@@ -184,7 +184,7 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
 }
 
 // Where two only touch, along several faces at once, what lies between their patches says nothing: contacts deeper than
-// the touch leave, and one stands for these if none of the others touches.
+// the touch leave, and one stands for these unless the deepest of the others separates.
 bool take_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack,
                 const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts,
                 PairAnswer& answer) {
@@ -193,13 +193,18 @@ bool take_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pa
   if (!only_touch({a.shape, at_a}, {b.shape, at_b}, pairs, slack, 0, for_triangles(options), touch)) return false;
   touch.point_a += a.pose.translation;
   touch.point_b += a.pose.translation;
-  const double depth = std::max(slack, -touch.signed_distance);
+  const double depth = -touch.signed_distance;
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth > depth; }),
                  contacts.end());
   const auto left = std::span(contacts).subspan(first);
-  const auto touches = [&](const Contact& c) { return c.depth >= 0; };
-  if (std::none_of(left.begin(), left.end(), touches)) contacts.push_back(contact_of(touch, of_no_feature));
+  const auto deepest = std::max_element(left.begin(), left.end(),
+                                        [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
+  const auto separates = [&](const Contact& c) {
+    const Pose moved{at_b.rotation, at_b.translation + (c.depth + slack) * c.normal};
+    return c.depth >= 0 && !meshes_collide({a.shape, at_a}, {b.shape, moved}, options.limit);
+  };
+  if (deepest == left.end() || !separates(*deepest)) contacts.push_back(contact_of(touch, of_no_feature));
   answer = from_deepest(contacts, first);
   answer.collide = true;
   answer.status = touch.status;

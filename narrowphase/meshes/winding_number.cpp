@@ -163,7 +163,7 @@ Shape voxel_solid(const Mesh& mesh, const VoxelSolidOptions& options) {
           inside.push_back({static_cast<std::int32_t>(x), static_cast<std::int32_t>(y), static_cast<std::int32_t>(z)});
       }
   if (inside.empty()) refuse("cells inside,", 0, "one or more");
-  return voxels(inside, options.size);
+  return voxel_mesh(inside, options.size);
 }
 
 }  // namespace tandem

@@ -137,15 +137,15 @@ TEST_CASE("simulator: steps in the form in which pairs are put in order first") 
 }
 
 TEST_CASE("simulator: the fastest form is found as the executors find it") {
-  MeasuredStep plain = step_of(400, 40, 5000, 300);
-  plain.after.front().blocks.assign(10, 60'000);  // 0.3 of 3.7 ms on two threads can be gained
-  MeasuredForms forms{plain, plain, step_of(400, 40, 5000, 200, StepForm::ordered)};
+  MeasuredStep plain = step_of(1600, 40, 5000, 300);
+  plain.after.front().blocks.assign(40, 60'000);  // 1.2 of 15 ms on two threads can be gained
+  MeasuredForms forms{plain, plain, step_of(1600, 40, 5000, 200, StepForm::ordered)};
   Simulator chooses(Policy::conserving, 2, {}, BalanceRule::busy, {});
   for (int i = 0; i < 12; ++i) chooses.step(forms);
   CHECK(chooses.step(forms).form == StepForm::ordered);
   std::swap(forms.ordered, forms.overlapped);
-  forms.ordered = step_of(400, 40, 5000, 300, StepForm::ordered);
-  forms.overlapped = step_of(400, 40, 5000, 200);
+  forms.ordered = step_of(1600, 40, 5000, 300, StepForm::ordered);
+  forms.overlapped = step_of(1600, 40, 5000, 200);
   forms.overlapped.after = plain.after;
   Simulator stays(Policy::conserving, 2, {}, BalanceRule::busy, {});
   int others = 0;

@@ -79,8 +79,6 @@ ELSEWHERE = {
     "read_mesh_shape": "read_mesh",
     "read_mesh_file": "read_mesh",
     "read_octomap_file": "read_octomap",
-    "Voxels": "voxels",
-    "VoxelCell": "voxels",
     "read_scene_file": "read_scene",
     "write_scene_file": "write_scene",
     "make_builtin_scene": "builtin_scene",
