@@ -360,7 +360,9 @@ PairAnswer VoxelPair::contacts(std::vector<Contact>& out) {
   all.finish(is_solid ? Vec3(other_pose_ * other_.mass().centre) : Vec3(Vec3::Zero()), is_solid, out);
   const bool collide = found.nearest.collide;
   if (!collide) {
-    if (out.size() == first) out.push_back(contact_of(found.nearest));
+    const double least = found.nearest.signed_distance;
+    if (out.size() == first || from_deepest(out, first).signed_distance > least + slack())
+      out.push_back(contact_of(found.nearest));
     PairAnswer answer = from_deepest(out, first);
     answer.collide = false;
     answer.status = found.nearest.status;

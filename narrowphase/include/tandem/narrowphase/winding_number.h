@@ -43,10 +43,10 @@ struct VoxelSolidOptions {
 };
 
 /// A solid for a mesh that need not be closed: the cubes of a grid whose centres have at least that winding number, as
-/// made by `voxel_mesh`, in the mesh's frame. For a closed mesh its surface is within half a cell's diagonal of the mesh's;
-/// parts thinner than a cell may be missing. Over a hole it is closed where the winding number crosses `least`, which
-/// is a guess that the caller asked for. Throws std::invalid_argument for a bad option, too many cells, or if no cell
-/// is inside, as for a mesh that is inside out.
+/// made by `voxel_mesh`, in the mesh's frame. For a closed mesh its surface is within half a cell's diagonal of the
+/// mesh's; parts thinner than a cell may be missing. Over a hole it is closed where the winding number crosses `least`,
+/// which is a guess that the caller asked for. Throws std::invalid_argument for a bad option, too many cells, or if no
+/// cell is inside, as for a mesh that is inside out.
 Shape voxel_solid(const Mesh& mesh, const VoxelSolidOptions& options);
 
 }  // namespace tandem
