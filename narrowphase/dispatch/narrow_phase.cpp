@@ -213,8 +213,11 @@ PairAnswer solve_within(const Shape& a, const Pose& pose_a, const Shape& b, cons
   return answer.signed_distance > options.cutoff ? farther : answer;
 }
 
-PairAnswer solve_any(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                     const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
+/// A query without a limit. Inlined: a call more is a tenth of the fastest queries.
+[[gnu::always_inline]] inline PairAnswer solve_any(const Shape& a, const Pose& pose_a, const Shape& b,
+                                                   const Pose& pose_b, Request request,
+                                                   const NarrowPhaseOptions& options, std::vector<Contact>* contacts,
+                                                   WarmStart* warm) {
   if (request == Request::distance && options.cutoff < std::numeric_limits<double>::infinity())
     return solve_within(a, pose_a, b, pose_b, options, warm);
   const bool has_rounding = a.rounding() + b.rounding() > 0 && (a.is_bounded() || b.is_bounded());
