@@ -434,10 +434,7 @@ PairAnswer solve_voxels(const Shape& a, const Pose& pose_a, const Shape& b, cons
   const std::size_t first = contacts != nullptr ? contacts->size() : 0;
   answer = request == Request::distance ? pair.distance() : pair.contacts(*contacts);
   if (answer.farther) return answer;
-  answer.point_a += origin;
-  answer.point_b += origin;
-  if (request == Request::contacts)
-    for (Contact& c : std::span(*contacts).subspan(first)) c.point += origin;
+  move_answer(origin, answer, request == Request::contacts ? contacts : nullptr, first);
   return answer;
 }
 

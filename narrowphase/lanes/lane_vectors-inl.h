@@ -74,6 +74,15 @@ HWY_INLINE V sum_of_products(V p0, V q0, V p1, V q1, V p2, V q2) {
   return hn::Add(hn::Mul(p0, q0), hn::Add(hn::Mul(p1, q1), hn::Mul(p2, q2)));
 }
 HWY_INLINE V dot(const V* u, const V* v) { return sum_of_products(u[0], v[0], u[1], v[1], u[2], v[2]); }
+HWY_INLINE void subtract(const V* x, const V* y, V* out) {
+  for (int k = 0; k < 3; ++k) out[k] = hn::Sub(x[k], y[k]);
+}
+HWY_INLINE void cross(const V* x, const V* y, V* out) {
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    out[k] = hn::Sub(hn::Mul(x[i], y[j]), hn::Mul(x[j], y[i]));
+  }
+}
 
 /// Rotation (its columns) times v.
 HWY_INLINE void turn(const V* columns, const V* v, V* out) {

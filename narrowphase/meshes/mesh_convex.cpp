@@ -312,10 +312,7 @@ PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request req
   const std::size_t first = contacts != nullptr ? contacts->size() : 0;
   const MeshConvex solver(pair, options.margin);
   answer = request == Request::contacts ? solver.contacts(*contacts) : solver.distance();
-  answer.point_a += origin;
-  answer.point_b += origin;
-  if (request == Request::contacts)
-    for (Contact& c : std::span(*contacts).subspan(first)) c.point += origin;
+  move_answer(origin, answer, request == Request::contacts ? contacts : nullptr, first);
   return answer;
 }
 

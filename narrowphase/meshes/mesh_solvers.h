@@ -56,6 +56,14 @@ inline Contact contact_of(const PairAnswer& r, std::uint32_t feature = 0) {
   return {(r.point_a + r.point_b) / 2, r.normal, -r.signed_distance, feature};
 }
 
+/// Moves an answer, and its contacts from `first` on if there are any, from about zero to about `origin`.
+inline void move_answer(const Vec3& origin, PairAnswer& answer, std::vector<Contact>* contacts, std::size_t first) {
+  answer.point_a += origin;
+  answer.point_b += origin;
+  if (contacts == nullptr) return;
+  for (std::size_t i = first; i < contacts->size(); ++i) (*contacts)[i].point += origin;
+}
+
 /// The answer of the deepest of the contacts from `first` on.
 inline PairAnswer from_deepest(const std::vector<Contact>& contacts, std::size_t first) {
   PairAnswer answer;

@@ -212,10 +212,6 @@ bool VoxelModel::has(const std::array<std::int64_t, 3>& place) const {
   return key < KeyedCell{morton_key(cell.corner), cell.level}.end();
 }
 
-double farthest_along(const VoxelModel& voxels, const Vec3& direction) {
-  return farthest_along(voxels, direction, nullptr);
-}
-
 double farthest_along(const VoxelModel& voxels, const Vec3& direction, const WorkLimit* limit) {
   const Vec3 steep = direction.cwiseAbs();
   WorkMeter meter(limit);

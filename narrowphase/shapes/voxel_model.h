@@ -71,9 +71,6 @@ using detail::VoxelModel;
 /// Throws std::invalid_argument that names the field, its value and what is allowed.
 VoxelModel build_voxels(const Voxels& voxels);
 
-/// How far the cells reach along a direction (shape's frame).
-double farthest_along(const VoxelModel& voxels, const Vec3& direction);
-
 MassProperties voxel_mass(const VoxelModel& voxels);
 
 }  // namespace tandem

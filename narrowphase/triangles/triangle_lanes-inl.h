@@ -5,15 +5,6 @@
 HWY_BEFORE_NAMESPACE();
 namespace tandem::HWY_NAMESPACE {
 
-HWY_INLINE void subtract(const V* x, const V* y, V* out) {
-  for (int k = 0; k < 3; ++k) out[k] = hn::Sub(x[k], y[k]);
-}
-HWY_INLINE void cross(const V* x, const V* y, V* out) {
-  for (int k = 0; k < 3; ++k) {
-    const int i = (k + 1) % 3, j = (k + 2) % 3;
-    out[k] = hn::Sub(hn::Mul(x[i], y[j]), hn::Mul(x[j], y[i]));
-  }
-}
 HWY_INLINE void area_vector(const V (&t)[3][3], V* out) {
   V u[3], v[3];
   subtract(t[1], t[0], u);

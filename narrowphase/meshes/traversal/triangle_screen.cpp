@@ -22,15 +22,6 @@ namespace {
 
 static_assert(mesh_lanes % hn::MaxLanes(D()) == 0);
 
-HWY_INLINE void subtract(const V* x, const V* y, V* out) {
-  for (int k = 0; k < 3; ++k) out[k] = hn::Sub(x[k], y[k]);
-}
-HWY_INLINE void cross(const V* x, const V* y, V* out) {
-  for (int k = 0; k < 3; ++k) {
-    const int i = (k + 1) % 3, j = (k + 2) % 3;
-    out[k] = hn::Sub(hn::Mul(x[i], y[j]), hn::Mul(x[j], y[i]));
-  }
-}
 HWY_INLINE std::uint32_t bits_of(M mask) {
   std::uint8_t bytes[8] = {};
   hn::StoreMaskBits(D(), mask, bytes);
