@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "closed_forms/closed_forms.h"
+#include "shapes/highest_faces.h"
 #include "shapes/hull.h"
 #include "shapes/unit_vector.h"
 #include "tolerances.h"
@@ -54,8 +55,15 @@ SurfaceDistance from_ellipsoid(const Vec3& a, const Vec3& p, double slack) {
 SurfaceDistance from_hull(const Hull& hull, const Vec3& p, double slack) {
   double most = -infinity;
   const Hull::Face* nearest = nullptr;
-  for (const Hull::Face& face : hull.faces)
+  const auto compare = [&](std::size_t i) {
+    const Hull::Face& face = hull.faces[i];
     if (const double above = face.normal.dot(p) - face.offset; above > most) most = above, nearest = &face;
+  };
+  if (hull.face_table.faces > 0) {
+    for_each_face(faces_over(hull, p), compare);
+  } else {
+    for (std::size_t i = 0; i < hull.faces.size(); ++i) compare(i);
+  }
   return {most < -slack, nearest->normal, most};
 }
 

@@ -4,7 +4,7 @@
 #include <bit>
 #include <tuple>
 
-#include "manifold/faces_along.h"
+#include "shapes/highest_faces.h"
 #include "shapes/hull.h"
 #include "tolerances.h"
 
@@ -89,10 +89,7 @@ std::size_t facing_most(const Hull& hull, const Vec3& d) {
     for (std::size_t i = 0; i < hull.faces.size(); ++i) compare(i);
     return best;
   }
-  const FaceBits bits = faces_along(hull.face_table, d);
-  for (std::size_t k = 0; k < bits.size(); ++k)
-    for (std::uint64_t left = bits[k]; left != 0; left &= left - 1)
-      compare(64 * k + static_cast<std::size_t>(std::countr_zero(left)));
+  for_each_face(faces_along(hull.face_table, d), compare);
   return best;
 }
 

@@ -1,5 +1,6 @@
 // The faces and edges of a small polytope, for the search for the least depth.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -34,14 +35,17 @@ struct FaceTable {
   static constexpr std::size_t most_faces = 128, most_vertices = 64;
   static constexpr std::size_t step = 16;  ///< the number of faces is padded to a multiple of it
 
+  static constexpr float beyond = 8;  ///< in the table's unit vertices are less than 4 from the interior point
+
   std::size_t faces = 0;      ///< 0: not stored
-  std::vector<float> planes;  ///< x, y, z of all normals, then offsets; padding is 0
+  std::vector<float> planes;  ///< x, y, z of all normals, then offsets; padding: normal 0, offset `beyond`
   std::vector<FaceArc> arcs;
 
   std::size_t stride() const { return (faces + step - 1) / step * step; }
   void resize(std::size_t n) {
     faces = n;
     planes.assign(4 * stride(), 0.0f);
+    std::fill(planes.end() - static_cast<std::ptrdiff_t>(stride()), planes.end(), beyond);
   }
   void set(std::size_t face, const Vec3& normal, double offset) {
     for (int k = 0; k < 3; ++k) planes[static_cast<std::size_t>(k) * stride() + face] = static_cast<float>(normal[k]);

@@ -9,9 +9,9 @@
 #include <thread>
 
 #include "catch.h"
-#include "manifold/faces_along.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"
+#include "shapes/highest_faces.h"
 #include "shapes/support.h"
 
 using namespace tandem;
@@ -220,6 +220,41 @@ TEST_CASE("support maps find the vertex and the face that a scan of all finds, t
       if (!hull.normals.empty()) REQUIRE(face_kernel()(hull, d.data()) == farthest(hull.faces.size(), normal));
     }
   }
+}
+
+TEST_CASE("the highest face over a point is among those that single precision leaves, near and far, of any size and place") {
+  Random r(163);
+  int asked = 0, left = 0, far = 0;
+  for (int i = 0; i < 300; ++i) {
+    std::vector<Vec3> points;
+    const Vec3 away = i % 3 == 0 ? Vec3(std::pow(10.0, r.in(0, 9)) * r.direction()) : Vec3(Vec3::Zero());
+    const double size = std::ldexp(1.0, i % 3 == 0 ? 0 : static_cast<int>(r.in(-90, 90)));
+    const Vec3 stretch(1, std::pow(10.0, r.in(-5, 0)), i % 2 == 0 ? 1 : 0.3);
+    for (int k = 0; k < 8 + i % 50; ++k) points.push_back(size * (stretch.cwiseProduct(r.direction()) + away));
+    const Hull hull = build_hull(points);
+    const std::size_t n = hull.face_table.faces;
+    if (n == 0) continue;
+    for (int k = 0; k < 60; ++k) {
+      const double distance = k % 3 == 0 ? std::pow(10.0, r.in(-8, 0)) : k % 3 == 1 ? 1 : std::pow(10.0, r.in(0, 150));
+      const Vec3 p = hull.inside + size * distance * stretch.cwiseProduct(r.direction());
+      const auto height = [&](std::size_t f) { return hull.faces[f].normal.dot(p) - hull.faces[f].offset; };
+      std::size_t most = 0;
+      for (std::size_t f = 1; f < n; ++f)
+        if (height(f) > height(most)) most = f;
+      std::size_t found = n, count = 0;
+      for_each_face(faces_over(hull, p), [&](std::size_t f) {
+        REQUIRE(f < n);
+        if (found == n || height(f) > height(found)) found = f;
+        ++count;
+      });
+      REQUIRE(found == most);
+      ++asked, far += count == n;
+      if (away.isZero() && distance == 1 && stretch[1] > 0.01) left += static_cast<int>(count);
+    }
+  }
+  CHECK(asked > 10000);
+  CHECK(far > 1000);
+  CHECK(left < asked / 3);
 }
 
 TEST_CASE("the face that looks most along a direction is among those that single precision leaves, and these are few") {
