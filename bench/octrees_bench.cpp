@@ -104,7 +104,7 @@ std::vector<Placed> poses(std::size_t count) {
   return all;
 }
 
-/// What answers one query: a yes/no as 0 or 1, or a distance, 0 for what overlaps.
+/// A contestant for one query, answered by 0 or 1 (yes/no), or by a distance, 0 if the shapes overlap.
 struct Entrant {
   std::string name;
   std::function<double(const Link&, const Placed&)> answer;

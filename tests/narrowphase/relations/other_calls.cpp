@@ -1,3 +1,4 @@
+// Relations with other calls: motions, separation along a direction, options, lanes, scenes, features, unions.
 #include "other_calls.h"
 
 #include <algorithm>

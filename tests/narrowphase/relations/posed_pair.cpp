@@ -1,3 +1,4 @@
+// Pairs of posed shapes: as records, scaled, moved, exchanged.
 #include "posed_pair.h"
 
 #include <algorithm>

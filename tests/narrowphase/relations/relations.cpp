@@ -1,3 +1,4 @@
+// The relations between answers, one function each, and their list.
 #include "relations.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Distances of points to shapes' surfaces, by formulas that share nothing with the solvers.
 #include "surface_distance.h"
 
 #include <algorithm>

@@ -1,3 +1,4 @@
+// Unusual pairs: repeated triangles, dense hulls, stacks, hollow solids, solids of cubes, shapes far from their origin.
 #include "unusual.h"
 
 #include <cmath>
