@@ -88,11 +88,11 @@ class Grid final : public ListedMethod, public BoxSearch {
   Touched touched(const Aabb& box) const;
   /// Computes the columns of boxes [first, first + count), at most TouchedRows::most.
   void find_touched(std::size_t first, std::size_t count, TouchedRows& rows) const;
-  /// Does what is to be done before the pairs, with others; false when that failed.
+  /// Runs the stages before the pairs together with other threads; false if one of them failed.
   bool prepare();
   std::size_t joint_blocks(std::size_t stage) const;
   void run_joint(std::size_t stage, std::size_t block);
-  /// The parts of the pairs that a block of the last stage has.
+  /// The range of parts whose pairs a block of the last stage emits.
   Range tile(std::size_t block) const;
   std::size_t large_blocks() const;
   void emit_group(std::size_t group, PairSink& sink);

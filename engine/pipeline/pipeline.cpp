@@ -349,8 +349,8 @@ class SceneWork final : public StepWork {
     }
   }
 
-  /// Leaves out pairs of spheres whose boxes meet but not they: before pairs are put in order, and while what is known
-  /// of them is in the caches.
+  /// Leaves out pairs of spheres whose boxes overlap but which are separated: before pairs are sorted, and while their
+  /// data is in the caches.
   std::size_t keep_near_spheres(std::span<Pair> pairs) const {
     constexpr std::size_t block = SeveralPairs::most_screened;
     std::array<PlacedSpheres, block> spheres;
