@@ -21,7 +21,7 @@ double squared_distance(const Mat3& now, const Mat3& then) {
   return (Eight(now.data()) - Eight(then.data())).square().sum() + last * last;
 }
 
-/// True if all points of a body are within `reach` of their positions when its rest began.
+/// Whether all points of a body are within `reach` of where they were when its rest began.
 bool rests(const Pose& pose, const Vec3& place, const Mat3& rotation, const KeptContacts::Ball& ball, double reach) {
   const Vec3 moved = pose.translation - place;
   if (reach == 0) return moved.isZero(0) && pose.rotation == rotation;
@@ -74,7 +74,7 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   told_ = {};
   any_moved_.store(false, std::memory_order_relaxed);
   same_bodies_ = known && same_bodies;
-  // If most pairs change, kept answers are copied with the others.
+  // Where most pairs change, kept answers are copied with the others.
   all_asked_ = !same_bodies_ || 2 * noted_ > candidates_;
   if (all_asked_)
     find_places();

@@ -89,7 +89,7 @@ class LinkBoxes {
   /// Bit k: the posed boxes may touch in configuration 64 * part + k.
   std::uint64_t meeting(std::size_t part, std::size_t link, std::size_t other) const;
   std::uint64_t meeting(std::size_t part, std::size_t link, const PlacedBox& body) const;
-  /// A lower bound on the distance of the two posed boxes; negative where they may touch.
+  /// At most the distance of the two boxes, turned as they are; negative where they may touch.
   double gap(std::size_t k, std::size_t link, std::size_t other) const;
   double gap(std::size_t k, std::size_t link, const PlacedBox& body) const;
 

@@ -12,7 +12,8 @@
 
 namespace tandem {
 
-/// The box of a shape, enlarged by `margin` and rounded outward; the limit may end the building of a mesh's hull.
+/// The box of a shape and all that is within `margin` of it, rounded outward; the limit may end the making of a mesh's
+/// hull.
 Aabb outward_box(const Shape& shape, const Pose& pose, double margin, const WorkLimit* limit);
 
 /// The bodies of a scene as of the last update. Const calls from any number of threads.
