@@ -1,4 +1,4 @@
-// How close the bounds on the depth of two solids deep in each other are: those of the distance query, and those of
+// The gap between the bounds on the depth of two solids deep in each other: those of the distance query, and those of
 // penetration_depth by the number of boxes of translations that it may examine.
 #include <fmt/format.h>
 

@@ -58,8 +58,8 @@ void fall(Scene& scene, Pipeline& pipeline) {
   }
 }
 
-/// Memory in bytes a body of a bed whose grains touch, as Scene::memory and Pipeline::memory tell it, on one thread,
-/// without the list of contacts.
+/// Memory in bytes a body of a bed whose grains touch, by Scene::memory and Pipeline::memory, on one thread, without
+/// the list of contacts.
 nlohmann::json memory_of_bed(Scene scene, std::size_t bodies) {
   Pipeline pipeline({.executor = ExecutorKind::sequential});
   fall(scene, pipeline);

@@ -104,7 +104,7 @@ std::vector<Placed> poses(std::size_t count) {
   return all;
 }
 
-/// What answers one query: a yes/no as 0 or 1, or a distance, 0 for what overlaps.
+/// A contestant for one query, answered by 0 or 1 (yes/no), or by a distance, 0 if the shapes overlap.
 struct Entrant {
   std::string name;
   std::function<double(const Link&, const Placed&)> answer;
@@ -192,7 +192,7 @@ std::vector<Row> octrees_bench(const Settings& settings) {
          {{"voxels", ask(*voxels, Request::collide)}, their_collide, {"mesh", ask(*mesh, Request::collide)}}, rounds, 0,
          cells.size(), rows);
     constexpr double fcl_error = 1e-4;  // of its distances
-    std::vector<Placed> apart;          // FCL tells no depth
+    std::vector<Placed> apart;          // FCL computes no depth
     for (const Placed& at : placed)
       if (apart.size() < placed.size() / 3 && !narrow.solve(link.ours, at.ours, *voxels, {}, Request::collide).collide)
         apart.push_back(at);

@@ -27,7 +27,7 @@ struct Errors {
   Samples told, distance, depth, normal, point;
   std::uint64_t answers = 0, beyond = 0, beyond_meshes = 0, wrong_verdicts = 0, wrong_verdicts_meshes = 0;
   std::uint64_t jumps =
-      0;  ///< of unproven depths: the kept answer is as told that of poses so near, computed ones differ
+      0;  ///< unproven depths that are kept as the motion allows, while computed ones differ by more
 
   struct Computed {
     double distance, depth;

@@ -1,4 +1,4 @@
-# The target `docs`, where Doxygen is: the public headers' reference and the guide, as pages that open offline.
+# The target `docs`, if Doxygen is installed: the reference of the public headers and the guide, as offline pages.
 find_program(TANDEM_DOXYGEN doxygen)
 set(TANDEM_DOCS_FOLDER ${CMAKE_BINARY_DIR}/docs)
 set(includes broadphase narrowphase flowgraph engine engine/formats engine/adapters/fcl engine/adapters/mpi)

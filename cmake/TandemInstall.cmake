@@ -1,4 +1,4 @@
-# What is installed beside libraries, headers and programs: find_package's files, pkg-config's, and Debian packages' data.
+# Installed beside libraries, headers and programs: the files of find_package and pkg-config, and Debian packages' data.
 include(CMakePackageConfigHelpers)
 set(files ${CMAKE_CURRENT_SOURCE_DIR}/cmake/install)
 set(package ${CMAKE_INSTALL_LIBDIR}/cmake/tandem)
@@ -15,7 +15,7 @@ if(TANDEM_MPI)
   install(EXPORT tandemMpiTargets NAMESPACE tandem:: DESTINATION ${package} COMPONENT mpidev)
 endif()
 if(TANDEM_SHARED_LIBRARY)
-  # The prefix is known when it is installed, not before.
+  # The prefix is not known before installation.
   install(CODE "
     set(CMAKE_INSTALL_LIBDIR ${CMAKE_INSTALL_LIBDIR})
     set(CMAKE_INSTALL_INCLUDEDIR ${CMAKE_INSTALL_INCLUDEDIR})

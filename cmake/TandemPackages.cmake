@@ -1,6 +1,6 @@
 # Debian packages, by `cpack` in the build folder of the preset `packages`: libtandem0 (the shared library), libtandem-dev
-# (headers, static libraries), tandem-tools (the programs), python3-tandem, and for MPI, which nobody else has to install,
-# tandem-mpi (the program) and libtandem-mpi-dev.
+# (headers, static libraries), tandem-tools (the programs), python3-tandem; tandem-mpi (the program) and
+# libtandem-mpi-dev are separate, so that the others do not depend on MPI.
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME tandem)
 set(CPACK_PACKAGE_VENDOR "tandem")
@@ -68,7 +68,7 @@ set(CPACK_COMPONENT_PYTHON_DESCRIPTION "collision detection on many cores (Pytho
  Distances, contacts, steps of whole scenes and a planner's batches, with numpy
  arrays. tandem.show writes pages with the programs of tandem-tools.")
 
-# Each package has what Debian asks for: its licence and what has changed.
+# Each package has its licence and changelog, as Debian requires.
 string(TIMESTAMP date "%a, %d %b %Y %H:%M:%S +0000" UTC)
 foreach(component IN LISTS CPACK_COMPONENTS_ALL)
   string(TOUPPER ${component} upper)

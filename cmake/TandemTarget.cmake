@@ -1,5 +1,5 @@
 # tandem_library(NAME SOURCES... HEADERS... [EXPORT SET] [COMPONENT NAME]): one static library, with its alias, warnings and
-# install rules. The shared library is made of those of EXPORT tandemTargets; COMPONENT says which package it is in.
+# install rules. The shared library consists of those of EXPORT tandemTargets; COMPONENT names the package it is in.
 function(tandem_library name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "EXPORT;COMPONENT" "SOURCES;HEADERS")
   add_library(tandem_${name} STATIC ${arg_SOURCES})
@@ -28,17 +28,17 @@ function(tandem_library name)
   endforeach()
 endfunction()
 
-# tandem_install(...): install(...), where it is asked for: a parent project's prefix is left alone.
+# tandem_install(...): install(...) if installation is on: nothing goes to a parent project's prefix unasked.
 function(tandem_install)
   if(TANDEM_INSTALL)
     install(${ARGV})
   endif()
 endfunction()
 
-# What Highway is told of the processor: instruction sets for which nothing is compiled. Those of ARM are all but NEON;
-# vectors of a length that only the running processor knows (SVE) fit into no array, and g++ 12 fails on them. Highway
-# before 1.0.5 knows NEON only with the AES instructions, which no kernel here has. SSSE3 without SSE4 was built from 2006
-# to 2008: not worth the tenth of the time that its kernels take to compile.
+# Instruction sets for which Highway compiles nothing. On ARM all but NEON: vectors whose length only the running
+# processor knows (SVE) fit into no array, and g++ 12 fails on them; Highway before 1.0.5 has NEON only with the AES
+# instructions, which no kernel here uses. SSSE3 without SSE4 was built from 2006 to 2008: not worth a tenth of the
+# kernels' compile time.
 set(TANDEM_HIGHWAY_OPTIONS)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64|ARM64)$")
   include(CheckCXXSourceCompiles)
@@ -56,7 +56,7 @@ else()
 endif()
 
 function(tandem_flags target)
-  # In a unity build kernels stay apart: Highway compiles the whole file once an instruction set.
+  # In a unity build kernels are compiled alone: Highway compiles the whole file once for each instruction set.
   get_target_property(sources ${target} SOURCES)
   foreach(source IN LISTS sources)
     get_filename_component(path ${source} ABSOLUTE)
@@ -69,23 +69,23 @@ function(tandem_flags target)
   endforeach()
   target_compile_definitions(${target} PRIVATE
     TANDEM_DISABLED_TARGETS=${TANDEM_DISABLED_TARGETS} HWY_DISABLED_TARGETS=TANDEM_DISABLED_TARGETS
-    # The same bits are promised on every machine. Eigen's vector code sums in another order than its scalar code, and
-    # fuses a*b+c on 64-bit ARM. Without it Eigen would not align its types any more: 16 bytes are what it chooses on
-    # both architectures, and what libraries that take its types, such as FCL, were built with.
+    # Answers have the same bits on every machine. Eigen's vector code sums in another order than its scalar code, and
+    # fuses a*b+c on 64-bit ARM. Without vector code Eigen would no longer align its types: 16 bytes are its choice on
+    # both architectures, and that of libraries that take its types, such as FCL.
     EIGEN_DONT_VECTORIZE EIGEN_MAX_ALIGN_BYTES=16 EIGEN_MAX_STATIC_ALIGN_BYTES=16
     $<$<BOOL:${TANDEM_ONE_INSTRUCTION_SET}>:HWY_COMPILE_ONLY_STATIC>)
   target_compile_options(${target} PRIVATE
     $<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-Wall -Wextra -Wpedantic -Wconversion>
-    # A unity build includes sources, whose anonymous namespaces g++ then takes for those of headers.
+    # A unity build includes sources, whose anonymous namespaces g++ would report as those of headers.
     $<$<CXX_COMPILER_ID:GNU>:-Wno-subobject-linkage>
-    # For the same reason sums and products are taken as they are written, whatever flags a host gives to all its targets.
+    # For the same reason sums and products are computed as written, whatever flags a host gives to all its targets.
     $<$<CXX_COMPILER_ID:GNU,Clang,AppleClang>:-fno-fast-math -ffp-contract=off>
     ${TANDEM_HIGHWAY_OPTIONS}
     $<$<AND:$<BOOL:${TANDEM_WARNINGS_AS_ERRORS}>,$<CXX_COMPILER_ID:GNU,Clang,AppleClang>>:-Werror>)
 endfunction()
 
 # tandem_private_functions(LIBRARY): a static library calls its own copies of inline functions, never a host's
-# (PrivateFunctions.cmake). Where objects hold no code yet (link-time optimisation) or are not ELF it may call a host's.
+# (PrivateFunctions.cmake). If objects hold no code yet (link-time optimisation) or are not ELF, it may call a host's.
 set(TANDEM_PRIVATE_FUNCTIONS ${CMAKE_CURRENT_LIST_DIR}/PrivateFunctions.cmake)
 function(tandem_private_functions library)
   get_target_property(type ${library} TYPE)
@@ -98,9 +98,9 @@ function(tandem_private_functions library)
   endif()
 endfunction()
 
-# tandem_precompile(TARGET HEADERS...) or (TARGET REUSE_FROM OTHER): headers that most of its files include, read once: two
-# thirds of the time that most files take is reading Eigen. More than is needed costs: with JSON's and CLI11's headers files
-# took longer than without.
+# tandem_precompile(TARGET HEADERS...) or (TARGET REUSE_FROM OTHER): headers that most of its files include, read once:
+# reading Eigen takes two thirds of the compile time of most files. Unneeded headers cost time: with JSON's and CLI11's
+# headers files took longer than without.
 function(tandem_precompile target)
   if(TANDEM_PRECOMPILE_HEADERS)
     if(ARGV1 STREQUAL REUSE_FROM)
@@ -111,8 +111,8 @@ function(tandem_precompile target)
   endif()
 endfunction()
 
-# tandem_front(FILES...): what reads options and writes text around the work. At -O3 it takes half as long again to compile
-# and no less to run.
+# tandem_front(FILES...): sources that read options and write text. At -O3 they take half as long again to compile, and no
+# less to run.
 function(tandem_front)
   set_property(SOURCE ${ARGN} APPEND PROPERTY COMPILE_OPTIONS $<$<CONFIG:Release>:-O1>)
 endfunction()

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs what the build and most tests need, and the packages given, by name from the system's package manager. Does
-# nothing, quickly, when all of it is there. With --no-install first it says what is missing, and goes on.
+# Installs the packages that the build and most tests need, and those named as arguments, by the system's package manager.
+# Does nothing, quickly, if all are installed. With --no-install first it lists the missing ones and continues.
 set -euo pipefail
 
 install=yes

@@ -17,7 +17,7 @@ class Planner {
   virtual ~Planner() = default;
   virtual std::string name() const = 0;
   virtual int threads() const { return 1; }
-  /// Whether each configuration is free (0) or hits (1). Poses: configurations x links.
+  /// The verdict of each configuration: free (0) or hit (1). Poses: configurations x links.
   virtual void check(std::span<const Pose> poses, std::span<std::uint8_t> hits) = 0;
   /// Checks motions, each so many configurations that follow one another: is all of it free?
   virtual void check_motions(std::span<const Pose> poses, std::span<std::uint8_t> hits) = 0;

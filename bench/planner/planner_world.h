@@ -15,7 +15,7 @@ struct PlannerWorld {
   std::string name;
   Scene obstacles;  ///< static bodies
   std::vector<Shape> links;
-  PairTable self;            ///< pairs of links that are looked at: not neighbours in an arm
+  PairTable self;            ///< pairs of links that are tested: those that are not neighbours in an arm
   std::vector<Pose> random;  ///< configurations x links
   std::vector<Pose> motions; ///< configurations x links; `a_motion` that follow one another are a motion
   static constexpr std::size_t a_motion = 64;

@@ -1,4 +1,4 @@
-"""What a call from Python costs beside the same in C++: single distances and batches of a planner, in turn in one process.
+"""The cost of a call from Python beside the same in C++: single distances and batches of a planner, in turn in one process.
 overhead.py [--rounds N]; PYTHONPATH has the module and cpp_loops (both in the build tree's python
 folder; the latter after cmake --build build/release --target tandem_cpp_loops)."""
 

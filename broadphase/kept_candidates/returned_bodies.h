@@ -1,3 +1,4 @@
+// Bodies that left the enlarged boxes of a list of candidates, and were inserted again.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// Uniform grid of columns: the layout of the columns, counting, scattering, and the tests of each column.
 #include "methods/grid.h"
 
 #include <algorithm>
@@ -54,7 +55,7 @@ std::size_t Grid::begin(const BoxArray& boxes) {
   return 2;
 }
 
-// How many blocks the last stage has must be known before it is prepared.
+// The number of blocks of the last stage must be known before it is prepared.
 std::size_t Grid::blocks(std::size_t stage) const { return stage == 0 ? 1 : 2 + size_ / boxes_a_tile; }
 
 void Grid::run(std::size_t, std::size_t) { choose_columns(); }

@@ -1,3 +1,4 @@
+// The broad phase by a uniform grid of columns.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -21,9 +22,9 @@ namespace tandem {
 /// then sorted into thin cells along its axis, so that the candidates of an entry are one contiguous row for the SIMD
 /// kernel. The width of a column is the cheapest by a cost estimate from a sample of the boxes.
 ///
-/// What breaks uniform grids is kept apart: boxes that touch many columns are tested against all others, one after
-/// the other while they are few, by a BoxTree when they are many; far outliers fall into the columns at the border,
-/// which no more than slows these; and where a few columns would hold too much (tight clusters in an empty world)
+/// Boxes for which a uniform grid is unfit are handled separately: those that touch many columns are tested against all
+/// others, one by one while they are few, by a BoxTree when they are many; far outliers fall into the columns at the
+/// border, which only become slower; and if a few columns would hold too many boxes (tight clusters in an empty world)
 /// the step is left to the tree. Memory is at most `max_columns_a_box` entries a box.
 ///
 /// A step has two stages: what comes between the choice of columns and the pairs is done within the last one, while its
@@ -43,7 +44,7 @@ class Grid final : public ListedMethod, public BoxSearch {
   void prefetch(const Aabb& box, Fetch fetch) const override;
   bool emit_tiles(std::size_t block, TileMaker& maker) override;
 
-  /// What the last complete step had to leave to the tree; zero before the first.
+  /// Boxes of the last complete step for which a grid is unfit; zero before the first step.
   struct Unfit {
     bool crowded = false;            ///< columns held too much: the tree did everything
     std::size_t longest_column = 0;  ///< entries
@@ -87,18 +88,18 @@ class Grid final : public ListedMethod, public BoxSearch {
   Touched touched(const Aabb& box) const;
   /// Computes the columns of boxes [first, first + count), at most TouchedRows::most.
   void find_touched(std::size_t first, std::size_t count, TouchedRows& rows) const;
-  /// Does what is to be done before the pairs, with others; false when that failed.
+  /// Runs the stages before the pairs together with other threads; false if one of them failed.
   bool prepare();
   std::size_t joint_blocks(std::size_t stage) const;
   void run_joint(std::size_t stage, std::size_t block);
-  /// The parts of the pairs that a block of the last stage has.
+  /// The range of parts whose pairs a block of the last stage emits.
   Range tile(std::size_t block) const;
   std::size_t large_blocks() const;
   void emit_group(std::size_t group, PairSink& sink);
   bool may_hold_early(std::size_t column) const;
-  /// What is not in columns.
+  /// The pairs of boxes that are not in columns.
   void emit_beside(std::size_t part, PairSink& sink) const;
-  /// Sorts what the column holds; false where there can be no pair.
+  /// Sorts the entries of the column; false if there can be no pair.
   bool sort(std::size_t column, ColumnScratch& scratch);
   void keep_sorted(std::size_t column, const Column& sorted);
   void emit_large(std::size_t block, PairSink& sink) const;

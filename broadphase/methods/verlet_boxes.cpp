@@ -188,7 +188,7 @@ std::size_t VerletList::find_outside(std::size_t index, CheckScratch& scratch) {
     for (std::size_t i = first; i < last; ++i) assert(changed_[i] != 0 || is_as_before(i));
 
   if (4 * changed > 3 * (last - first) && last_filter_.same(filter_, first, last)) {
-    // Where most boxes have changed, going over all in a row is faster. An unchanged box is inside its enlarged one.
+    // If most boxes have changed, reading all in sequence is faster. An unchanged box is inside its enlarged one.
     const std::size_t left =
         copy_boxes_that_left(*boxes_, first, last, larger_, records, scratch.outside.data(), scratch.past.data());
     std::size_t count = 0;

@@ -1,3 +1,4 @@
+// Candidate pairs that are kept for several steps.
 #pragma once
 #include <array>
 #include <atomic>
@@ -29,8 +30,8 @@ namespace tandem {
 ///
 /// The pairs of a step are exact whatever the boxes do:
 /// - Candidates are tested with the boxes of the step. A box that left its enlarged one gets another, with which the
-///   boxes are searched once: what it may overlap is then a candidate, too. A pair is a candidate if the enlarged boxes
-///   of the two overlap, either the first ones or the last ones.
+///   boxes are searched once: those that it may overlap become candidates, too. A pair is a candidate if the enlarged
+///   boxes of the two overlap, either the first ones or the last ones.
 /// - When too many boxes have left, the list is made anew, at the cost of one step of the method; when they left all at
 ///   once, sooner than expected, one step is done from scratch first, so that the new list knows how they move. Whether
 ///   so many have left is estimated from a sample before the step, and counted after it.

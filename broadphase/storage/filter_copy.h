@@ -1,3 +1,4 @@
+// A copy of a pair filter, for comparison in the next step.
 #pragma once
 #include <algorithm>
 #include <cstddef>

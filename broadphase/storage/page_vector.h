@@ -1,3 +1,4 @@
+// Arrays in pages of 2 MiB.
 #pragma once
 #include <cstddef>
 #include <cstdint>

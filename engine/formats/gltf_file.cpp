@@ -149,7 +149,7 @@ class GltfReader {
   }
 
   void add_mesh(const JsonRef& node, const JsonRef& index, const Placement& placement) {
-    if (const auto skin = node.find("skin")) skin->refuse("a skin", "nodes that do not bend");
+    if (const auto skin = node.find("skin")) skin->refuse("a skin", "nodes without a skin");
     const JsonRef mesh = meshes_.at(meshes_.place(index));
     const JsonRef primitives = mesh.at("primitives");
     primitives.require_array("an array of primitives");

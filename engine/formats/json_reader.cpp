@@ -50,7 +50,7 @@ class Builder : public nlohmann::json_sax<Json> {
     const auto twice = std::adjacent_find(keys.begin(), keys.end());
     if (twice != keys.end()) {
       key_.back() = *twice;
-      throw InputError(path(), "the key stands twice", "once");
+      throw InputError(path(), "the key occurs twice", "once");
     }
     return close();
   }

@@ -144,7 +144,7 @@ class SceneWork final : public StepWork {
     report.max_depth = found_.max_depth.load(std::memory_order_relaxed);
   }
 
-  /// Whether the broad phase need only report changes.
+  /// True if the broad phase need only report changes.
   bool begin_kept(ContactList& contacts) {
     try {
       return kept_->begin_step(*scene_, contacts, changes_known_ && !options_.predicate, limit_);
@@ -349,8 +349,8 @@ class SceneWork final : public StepWork {
     }
   }
 
-  /// Leaves out pairs of spheres whose boxes meet but not they: before pairs are put in order, and while what is known
-  /// of them is in the caches.
+  /// Leaves out pairs of spheres whose boxes overlap but which are separated: before pairs are sorted, and while their
+  /// data is in the caches.
   std::size_t keep_near_spheres(std::span<Pair> pairs) const {
     constexpr std::size_t block = SeveralPairs::most_screened;
     std::array<PlacedSpheres, block> spheres;
@@ -472,7 +472,7 @@ class SceneWork final : public StepWork {
                    &poses[pairs[i].b]};
   }
 
-  /// Whether all are pairs of spheres.
+  /// True if all are pairs of spheres.
   bool place_spheres(std::span<const Pair> pairs, std::span<PlacedSpheres> spheres) const {
     // Pairs are sorted by their first body; the second one lies anywhere.
     for (const Pair pair : pairs) __builtin_prefetch(&spheres_[pair.b]);
@@ -692,7 +692,7 @@ class SceneWork final : public StepWork {
   const Scene* scene_ = nullptr;
   Crew* crew_ = nullptr;  // of the current step
   PairFilter filter_;
-  // Of pairs whose boxes are as in the step before only those that the last step's answers name are asked for.
+  // Among pairs with unchanged boxes only those that the last step's answers name are solved again.
   bool only_changes_ = false;
   // Only if answers are kept, per body: bits for a static one and for one whose box has not changed.
   std::vector<std::uint8_t> still_;

@@ -84,8 +84,8 @@ void each_list(const MeshInspection& found, const Take& take) {
   take("self_intersections", "pairs of triangles that cross", found.self_intersections);
   take("inside_out", "components that are inside out", found.inside_out);
   take("flat_triangles", "triangles without area", found.flat_triangles);
-  take("duplicate_triangles", "triangles that are there more than once", found.duplicate_triangles);
-  take("duplicate_vertices", "vertices that are where others are", found.duplicate_vertices);
+  take("duplicate_triangles", "repeated triangles", found.duplicate_triangles);
+  take("duplicate_vertices", "vertices at the coordinates of others", found.duplicate_vertices);
 }
 
 std::string as_json(const std::string& file, const MeshInspection& found) {

@@ -50,7 +50,7 @@ int run_program(int count, char** arguments) {
   add_run_command(program, out, status);
   add_query_command(program, out, status);
   add_scenes_command(program, out, status);
-  program.footer("COMMAND --help tells its options.");
+  program.footer("COMMAND --help lists its options.");
   try {
     const std::string first = count > 1 ? arguments[1] : "";
     if (first.empty() || first[0] != '-') {
@@ -66,7 +66,7 @@ int run_program(int count, char** arguments) {
   } catch (const CLI::ExtrasError&) {
     refuse_extras(program);
   } catch (const CLI::ParseError& error) {
-    throw RequestError(error.what() + std::string(", allowed: what --help tells"));
+    throw RequestError(error.what() + std::string(", allowed: what --help lists"));
   }
   out.flush();
   return status;

@@ -332,10 +332,10 @@ void add_run(CLI::App& program, Options& o) {
   const auto add = [&](const char* option, const char* type, std::string& value, const char* text) {
     add_text(*command, option, type, value, text);
   };
-  add("--rebalance", "on|off", o.rebalance, "cut regions anew from measured costs");
+  add("--rebalance", "on|off", o.rebalance, "cut regions again by measured costs");
   add("--response", "all|none", o.response,
       "all: bodies move, each rank solving its share of the contacts; none: nothing moves");
-  add("--checkpoint", "FILE", o.checkpoint, "write all bodies to this FILE, now and then");
+  add("--checkpoint", "FILE", o.checkpoint, "write all bodies to this FILE at intervals (--checkpoint-every)");
   add("--checkpoint-every", "N", o.every, "steps from one checkpoint to the next");
   add("--restart", "FILE", o.restart, "go on from this checkpoint of the same scene, on any number of ranks");
   add("--patience", "S", o.patience, "seconds after which a rank that waits for another ends the job; 0: never");
@@ -360,7 +360,7 @@ int run_program(int count, char** arguments, int rank) {
     program.exit(asked, help, unused);
     if (rank == 0) std::cout << help.str() << std::flush;
   } catch (const CLI::ParseError& error) {
-    throw RequestError(error.what() + std::string(", allowed: what --help tells"));
+    throw RequestError(error.what() + std::string(", allowed: what --help lists"));
   }
   return done;
 }

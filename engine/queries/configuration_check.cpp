@@ -1,3 +1,4 @@
+// Verdicts, clearances and motions of many configurations of links against a world.
 #include "queries/configuration_check.h"
 
 #include <oneapi/tbb/parallel_for.h>
@@ -94,8 +95,8 @@ NarrowPhaseOptions ConfigurationCheck::limited(NarrowPhaseOptions options, const
   return options;
 }
 
-/// Boxes of all links in `count` configurations from `first` on, and where those of two links meet; the first one's
-/// poses.
+/// Computes the boxes of all links in `count` configurations from `first` on, and in which of these the boxes of two
+/// links overlap; makes the poses of the first one.
 PoseList ConfigurationCheck::take_boxes(std::size_t first, std::size_t count, std::span<const LinkBox> boxes,
                                         Workspace& work) const {
   const std::size_t n = links_.size();
@@ -118,7 +119,7 @@ PoseList ConfigurationCheck::take_boxes(std::size_t first, std::size_t count, st
   return poses;
 }
 
-/// False if the limit was reached: the hull of a mesh takes long.
+/// Returns false if the limit was reached, as building the hull of a mesh takes long.
 bool ConfigurationCheck::has_link_boxes() const {
   try {
     for (const Shape& link : links_) {
@@ -131,15 +132,15 @@ bool ConfigurationCheck::has_link_boxes() const {
   return true;
 }
 
-/// Prepares the links for verdicts of overlap, if no limit may end it: verdicts do without.
+/// Prepares the links' meshes for verdicts, unless there is a limit, which could end it: verdicts are right without.
 void ConfigurationCheck::prepare_links() const {
   if (options_.margin > 0 || limit_.deadline != WorkLimit().deadline || limit_.ended || limit_.stop.stop_possible())
     return;
   for (const Shape& link : links_) prepare(link);
 }
 
-/// block(first, last, workspace) for all of `items`, on the threads of the caller's arena; not for those that come
-/// after the limit was reached.
+/// Calls block(first, last, workspace) for all of `items`, on the threads of the caller's arena; leaves out those after
+/// the limit was reached.
 template <class Block>
 void ConfigurationCheck::each_block(std::size_t items, std::size_t most, const Block& block) const {
   if (!has_link_boxes()) return;
@@ -156,12 +157,12 @@ void ConfigurationCheck::each_block(std::size_t items, std::size_t most, const B
     const std::size_t first = i * a_block, last = std::min(items, first + a_block);
     {
       const detail::ScratchPool<Workspace>::Lease work(workspaces_);
-      work->has_last_hit = false;  // of another batch
+      work->has_last_hit = false;  // that was another batch's
       work->watch = LimitWatch(&limit_);
       try {
         block(first, last, *work);
       } catch (const WorkStopped&) {
-        if (!limit_.reached()) throw;  // a filter's own
+        if (!limit_.reached()) throw;  // an exception of the filter itself
         context.cancel_group_execution();
         return;
       }
@@ -185,7 +186,7 @@ bool ConfigurationCheck::is_checked(std::uint32_t link, std::uint32_t body, Work
   return world_.admits(options_.filter, body);
 }
 
-/// May the link touch the body, by their boxes?
+/// True if the boxes of the link and the body do not separate them.
 bool ConfigurationCheck::is_near(std::size_t place, std::uint32_t link, const Pose& pose, std::uint32_t body,
                                  const Workspace& work) const {
   return !world_.shape(body).is_bounded() ||
@@ -221,7 +222,7 @@ bool ConfigurationCheck::hits_again(const PoseList& poses, std::size_t place, Wo
          touch(links_[link], pose, links_[other], poses[other], work);
 }
 
-/// Notes where the boxes of two links meet.
+/// Records the configurations in which the boxes of two links overlap.
 void ConfigurationCheck::meet_links(Workspace& work) const {
   const std::size_t parts = work.boxes.parts();
   work.meeting.resize(setup_->self.size() * parts);
@@ -230,7 +231,7 @@ void ConfigurationCheck::meet_links(Workspace& work) const {
     for (const auto& [i, j] : setup_->self) *bits++ = work.boxes.meeting(part, i, j);
 }
 
-// Of configuration `place` of those whose boxes were taken.
+// `place`: the configuration's number among those whose boxes were computed.
 bool ConfigurationCheck::hits_link(const PoseList& poses, std::size_t place, Workspace& work) const {
   const std::uint64_t* meeting = work.meeting.data() + place / PoseNumbers::count * setup_->self.size();
   const std::uint64_t bit = std::uint64_t{1} << place % PoseNumbers::count;
@@ -260,7 +261,7 @@ bool ConfigurationCheck::hits_body(const PoseList& poses, std::size_t place, Wor
   return false;
 }
 
-/// Notes in which configurations a pair may touch, if in any.
+/// Records the configurations in which a pair may touch, if there are any.
 template <class Meeting>
 void ConfigurationCheck::add_suspects(std::uint32_t link, std::uint32_t other, bool is_body, Workspace& work,
                                       const Meeting& meeting) const {
@@ -299,7 +300,7 @@ void ConfigurationCheck::suspect_bodies(Workspace& work) const {
   }
 }
 
-/// The most that the gap of the two can have changed from one configuration to another.
+/// An upper bound on the change of the pair's gap from one configuration to another.
 double ConfigurationCheck::may_move(const CheckWorkspace::Suspects& pair, const PoseList& from,
                                     const PoseList& to) const {
   const auto moved = [&](std::uint32_t link) {
@@ -310,8 +311,8 @@ double ConfigurationCheck::may_move(const CheckWorkspace::Suspects& pair, const 
   return moved(pair.link) + (pair.is_body ? 0 : moved(pair.other));
 }
 
-/// Does the pair touch in one of the configurations near[first .. last)? The middle is looked at, what is too near to
-/// it to have closed the gap is passed over, then what is left on either side.
+/// True if the pair touches in one of the configurations near[first .. last). Tests the middle one, skips neighbours
+/// whose motion is too short to have closed its gap, then searches the rest on either side.
 bool ConfigurationCheck::hits_between(const PoseList& poses, Workspace& work, const CheckWorkspace::Suspects& pair,
                                       std::size_t first, std::size_t last) const {
   if (first >= last) return false;
@@ -321,7 +322,7 @@ bool ConfigurationCheck::hits_between(const PoseList& poses, Workspace& work, co
   const Shape &a = links_[pair.link], &b = pair.is_body ? world_.shape(pair.other) : links_[pair.other];
   const Pose pose_a = here[pair.link], pose_b = pair.is_body ? world_.pose(pair.other) : here[pair.other];
   std::size_t left = middle, right = middle + 1;
-  // A distance from a mesh costs many verdicts.
+  // The distance of a mesh takes as long as many verdicts.
   if (a.is_convex() && b.is_convex() && last - first > 1) {
     work.watch.spend(LimitWatch::of_pair(a, b));
     const PairAnswer answer = narrow_.solve(a, pose_a, b, pose_b, Request::distance);
@@ -336,8 +337,8 @@ bool ConfigurationCheck::hits_between(const PoseList& poses, Workspace& work, co
   return hits_between(poses, work, pair, first, left) || hits_between(poses, work, pair, right, last);
 }
 
-/// All configurations of a motion at once: each link's boxes together are looked for in the hierarchy, and what they
-/// meet is compared with the box of each.
+/// Tests all configurations of a motion at once: finds the bodies that overlap the union of a link's boxes, then
+/// compares these with the box in each configuration.
 bool ConfigurationCheck::motion_hits(std::size_t index, Workspace& work) const {
   const std::size_t count = options_.configurations_a_motion;
   PoseList poses = take_boxes(index * count, count, setup_->grown_boxes, work);
@@ -345,7 +346,7 @@ bool ConfigurationCheck::motion_hits(std::size_t index, Workspace& work) const {
   work.near.clear();
   suspect_bodies(work);
   suspect_links(work);
-  // What is near in the most configurations is most likely hit.
+  // The pair whose boxes overlap in the most configurations is the most likely to touch.
   std::sort(work.suspects.begin(), work.suspects.end(), [](const auto& p, const auto& q) {
     return p.last - p.first != q.last - q.first ? p.last - p.first > q.last - q.first : p.first < q.first;
   });
@@ -391,7 +392,7 @@ bool ConfigurationCheck::first_body(const Pose& pose, std::size_t place, std::ui
   return true;
 }
 
-/// Of a motion that begins at `place` of those whose boxes were taken.
+/// `place`: the number of the motion's first configuration among those whose boxes were computed.
 FirstHit ConfigurationCheck::first_hit(const PoseList& poses, std::size_t place, Workspace& work) const {
   const std::size_t n = links_.size(), count = options_.configurations_a_motion;
   FirstHit hit;
@@ -427,7 +428,8 @@ void ConfigurationCheck::first_hits(std::span<FirstHit> out) const {
   });
 }
 
-/// The links, those first whose boxes are nearest to a body's: what is near bounds how far must be looked.
+/// The links in the order of their boxes' distances from the nearest body's: a near body bounds the search of the
+/// others.
 void ConfigurationCheck::order_links(std::size_t place, double cutoff, Workspace& work) const {
   struct First final : NearVisitor {
     const ConfigurationCheck& check;
@@ -460,7 +462,7 @@ double ConfigurationCheck::clearance(const PoseList& poses, std::size_t place, d
     std::uint32_t link = 0;
     Least(const ConfigurationCheck& c, Workspace& w, const PoseList& p, std::size_t at, double cutoff)
         : check(c), work(w), poses(p), place(at), least(cutoff) {}
-    // What overlaps may be deeper than the least known: it is never left out.
+    // An overlapping body is never left out: it may be deeper than the least known distance.
     double farthest_wanted() const { return std::max(0.0, least) * (1 + tolerance::distance_rounding); }
     void take(const Shape& other, const Pose& pose) {
       work.watch.spend(LimitWatch::of_pair(check.links_[link], other));
@@ -468,7 +470,7 @@ double ConfigurationCheck::clearance(const PoseList& poses, std::size_t place, d
           check.narrow_.distance_within(check.links_[link], poses[link], other, pose, farthest_wanted()));
       if (!answer.farther) least = std::min(least, answer.signed_distance);
     }
-    // A distance from a mesh costs dozens of gaps between boxes, another one few.
+    // The distance of a mesh takes as long as dozens of gaps between boxes, that of convex shapes as few.
     bool is_far(std::uint32_t body) const {
       const Shape& shape = check.world_.shape(body);
       return (!shape.is_convex() || !check.links_[link].is_convex()) && shape.is_bounded() &&

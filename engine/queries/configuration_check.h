@@ -15,40 +15,40 @@
 
 namespace tandem {
 
-/// What a batch is made ready with.
+/// Data prepared for a batch.
 struct CheckSetup {
   std::vector<Shape> grown;                 // the links with the margin about them, where motions are continuous
-  std::vector<LinkBox> boxes, grown_boxes;  // of the links; by the margin
+  std::vector<LinkBox> boxes, grown_boxes;  // of the links; the second enlarged by the margin
   std::vector<std::pair<std::uint32_t, std::uint32_t>> self;  // pairs of links
 
-  std::size_t memory() const;  // bytes held beside itself, shapes not counted
+  std::size_t memory() const;  // bytes beside itself, shapes not counted
 };
 
-/// Numbers of a batch that one thread works with.
+/// The working memory of one thread in a batch.
 struct CheckWorkspace {
-  std::vector<Pose> poses;             // that were made
+  std::vector<Pose> poses;             // of one configuration
   LinkBoxes boxes;                     // grown by the margin
   IntervalBits::EndsOfBoxes ends;      // of the boxes, if the world keeps bits
   std::vector<std::uint64_t> meeting;  // configurations in which the boxes of two links meet, by pairs of links
   LimitWatch watch;
-  std::vector<std::uint32_t> bodies;  // whose boxes a link's swept box meets
-  std::vector<Aabb> stretches;        // of each link's motion from one configuration of a motion to the next
+  std::vector<std::uint32_t> bodies;  // whose boxes overlap a link's swept box
+  std::vector<Aabb> stretches;        // each link's swept boxes between neighbouring configurations of a motion
   struct Suspects {
     std::uint32_t link, other;
     bool is_body;
-    std::uint32_t first, last;  // of `near`
+    std::uint32_t first, last;  // indices into `near`
   };
   std::vector<Suspects> suspects;                         // pairs whose boxes overlap
-  std::vector<std::uint32_t> near;                        // in which configurations
-  std::vector<std::pair<double, std::uint32_t>> nearest;  // how far each link's box is from the nearest body's
-  // What was hit last is looked at first: neighbours mostly hit the same. A link and a body, or two links.
+  std::vector<std::uint32_t> near;                        // the configurations of these pairs
+  std::vector<std::pair<double, std::uint32_t>> nearest;  // by link: its box's distance from the nearest
+  // The last pair that touched, a link and a body or two links, is tested first: neighbours mostly touch the same.
   Suspects last_hit{};
   bool has_last_hit = false;
 
   std::size_t memory() const;  // bytes held beside itself
 };
 
-/// Memory of batches, for the next ones.
+/// Memory that batches leave to the next ones.
 struct CheckMemory {
   detail::ScratchPool<CheckSetup> setups;
   detail::ScratchPool<CheckWorkspace> workspaces;
@@ -76,7 +76,7 @@ class ConfigurationCheck {
   static WorkLimit limit_of(const BatchOptions& options, const WorkLimit* of_all);
   static NarrowPhaseOptions limited(NarrowPhaseOptions options, const WorkLimit& limit);
   bool out_of_time() const { return limit_.reached(); }
-  /// Motions that are looked at between two glances at the limit at most, of 64 configurations `some`.
+  /// The number of motions that are tested between two checks of the limit: `some` blocks of 64 configurations.
   std::size_t at_once(std::size_t some) const {
     return std::max<std::size_t>(1, some * PoseNumbers::count / options_.configurations_a_motion);
   }

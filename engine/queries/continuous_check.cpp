@@ -44,7 +44,7 @@ bool ConfigurationCheck::meet_links(const PoseList& poses, std::uint32_t a, std:
   return false;
 }
 
-/// Whether the motion between two configurations touches, given that no configuration does.
+/// True if the motion between two configurations touches, given that neither configuration does.
 bool ConfigurationCheck::hits_in_between(const PoseList& poses, Workspace& work) const {
   const std::size_t n = links_.size(), count = options_.configurations_a_motion, stretches = count - 1;
   work.stretches.resize(n * stretches);

@@ -1,3 +1,4 @@
+// Sets of boxes per slab of each axis, and their intersection for a box.
 #include "queries/interval_bits.h"
 
 #include <cmath>
@@ -29,7 +30,7 @@ void IntervalBits::build(const BoxArray& boxes) {
   if (!divides(boxes)) words_ = 0;
 }
 
-// Slabs over the extent of one large box may hold all others: a hierarchy is faster then.
+// If one large box determines the extent, all others may lie in one slab: a hierarchy is then faster.
 bool IntervalBits::divides(const BoxArray& boxes) const {
   constexpr std::size_t most_per_overlap = 8;
   std::size_t visited = 0, overlapping = 0;

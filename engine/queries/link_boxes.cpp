@@ -1,3 +1,4 @@
+// Boxes of links in many configurations, and the separating axes of two rotated boxes, in SIMD lanes.
 #include "queries/link_boxes.h"
 
 #include <hwy/cache_control.h>
@@ -21,15 +22,14 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Floats = hn::CappedTag<float, PoseNumbers::most_lanes>;
 using V = hn::VFromD<Floats>;
 using M = decltype(hn::Eq(hn::Zero(Floats()), hn::Zero(Floats())));
-constexpr std::size_t poses_ahead = 32;  // that are fetched before they are read
+constexpr std::size_t poses_ahead = 32;  // poses prefetched before they are read
 
 HWY_INLINE V set(double x) { return hn::Set(Floats(), static_cast<float>(x)); }
 
-// Numbers of `count` configurations' poses in single precision, read in the order in which they lie. Four of a pose lie
-// together, and vector i of `lanes` poses holds those of pose i, i + 4, ..., one in each of its blocks of four, so that
-// rows of blocks are all that is left to be turned into columns. Not by gathers, which some processors have been made
-// slow at, nor a vector at a time: what was just stored in pieces cannot be loaded at once.
-// Are last rows of matrices what they must be?
+// Converts `count` configurations' poses to single precision, in memory order. Four numbers of a pose are contiguous,
+// and vector i of `lanes` poses holds those of pose i, i + 4, ..., one in each of its blocks of four, so that only
+// blocks have to be transposed. Gathers would be slow by some processors' microcode; a vector stored in parts and
+// loaded at once would wait for the stores. Returns false if the last row of a matrix is not 0, 0, 0, 1.
 bool copy_numbers(const PoseList& poses, std::size_t links, std::size_t count, PoseNumbers* numbers) {
   const hn::CappedTag<double, 4> d;
   const hn::Rebind<float, decltype(d)> f;
@@ -56,7 +56,7 @@ bool copy_numbers(const PoseList& poses, std::size_t links, std::size_t count, P
   return hn::AllTrue(d, right);
 }
 
-// Four vectors of blocks of four, turned into columns.
+// Transposes four vectors of blocks of four.
 HWY_INLINE void turn(const float* blocks, V* columns) {
   const Floats f;
   const std::size_t lanes = hn::Lanes(f);
@@ -72,7 +72,7 @@ HWY_INLINE void turn(const float* blocks, V* columns) {
 #endif
 }
 
-// A vector of poses: nine numbers of rotations by columns, three of translations.
+// The poses of a vector's lanes: nine numbers of rotations by columns, three of translations.
 struct Poses {
   V x[12];
   HWY_INLINE Poses(const PoseNumbers& numbers, std::size_t k) {
@@ -100,7 +100,8 @@ struct Poses {
   }
 };
 
-// Lanes whose poses are rotations and places in reach, to single precision. NaN fails each comparison.
+// The lanes whose poses are rotations and translations within the limits, to single precision. NaN fails each
+// comparison.
 HWY_INLINE M are_poses(const Poses& p) {
   const Floats f;
   const auto squared = [](V v) HWY_ATTR { return hn::Mul(v, v); };
@@ -118,7 +119,7 @@ HWY_INLINE M are_poses(const Poses& p) {
   return valid;
 }
 
-// Boxes of one link in world axes, of numbers that were copied, and the box of them together.
+// Computes the boxes of one link in world axes from the converted poses, and their union.
 bool boxes_of(const LinkBox& link, const PoseNumbers& numbers, std::size_t count, BoxArray& boxes, std::size_t at,
               Aabb& all) {
   const Floats f;
@@ -132,7 +133,7 @@ bool boxes_of(const LinkBox& link, const PoseNumbers& numbers, std::size_t count
   bool valid = true;
   for (std::size_t k = 0; k < count; k += hn::Lanes(f)) {
     const Poses poses(numbers, k);
-    const M taken = hn::FirstN(f, count - k);  // the rest are poses of old
+    const M taken = hn::FirstN(f, count - k);  // the other lanes hold old poses
     valid = valid && hn::AllFalse(f, hn::AndNot(are_poses(poses), taken));
     for (int row = 0; row < 3; ++row) {
       const V middle = poses.coordinate(row, link);
@@ -140,7 +141,7 @@ bool boxes_of(const LinkBox& link, const PoseNumbers& numbers, std::size_t count
       for (int column = 0; column < 3; ++column)
         extent = hn::Add(extent, hn::Mul(hn::Abs(poses.x[3 * column + row]), set(link.half[column])));
       extent = hn::Add(extent, hn::Add(hn::Mul(hn::Add(hn::Abs(poses.x[9 + row]), reach), rounding), smallest));
-      // What is written past the count is set later, or lies between two links' boxes.
+      // Elements written past the count are overwritten later, or lie unused between two links' boxes.
       const V lo = hn::Sub(middle, extent), hi = hn::Add(middle, extent);
       hn::StoreU(lo, f, boxes.lo(row) + at + k);
       hn::StoreU(hi, f, boxes.hi(row) + at + k);
@@ -156,9 +157,9 @@ bool boxes_of(const LinkBox& link, const PoseNumbers& numbers, std::size_t count
   return valid;
 }
 
-// How far two boxes are apart at least: the farthest apart that they are along the normals of their faces and along the
-// products of their edges (Gottschalk, Lin and Manocha, "OBBTree", 1996), which are at most as long as 1. Less by what
-// rounding, and rotations that are not quite orthonormal, may add.
+// A lower bound on the distance of two boxes: the largest separation along the normals of their faces and along the
+// cross products of their edges (Gottschalk, Lin and Manocha, "OBBTree", 1996), whose length is at most 1, less the
+// errors of rounding and of rotations that are not quite orthonormal.
 V gaps(const LinkBox& box_a, const Poses& a, const LinkBox& box_b, const Poses& b) {
   V off[3], size[3][3], mixed[3][3], along_a[3], half_a[3], half_b[3];
   V place = hn::Zero(Floats()), far = set(box_a.reach() + box_b.reach());
@@ -311,7 +312,7 @@ PlacedBox::PlacedBox(const LinkBox& box, const Pose& at, const Aabb& in_world) :
   for (std::size_t k = 0; k < 3; ++k) pose[9 + k] = static_cast<float>(at.translation.data()[k]);
 }
 
-// As `gaps`, one axis after the other.
+// The same as `gaps` for a single pair, one axis after the other.
 bool known_apart(const LinkBox& a, const Pose& pose_a, const LinkBox& b, const Pose& pose_b) {
   const Mat3 &p = pose_a.rotation, &q = pose_b.rotation;
   const Vec3 off = pose_b * b.centre - pose_a * a.centre;

@@ -13,31 +13,30 @@
 
 namespace tandem {
 
-/// A box in the link's frame and a ball about each of its points: all of a sphere, capsule or box, and more than the
-/// rest.
+/// A box in the link's frame, rounded by a radius: exactly a sphere, capsule or box, and a bound of other shapes.
 class LinkBox {
  public:
   LinkBox() = default;  ///< a point
-  /// The limit may end the making of a mesh's hull.
+  /// The limit may end the building of a mesh's hull (WorkStopped).
   explicit LinkBox(const Shape& link, const WorkLimit* limit = nullptr);
   LinkBox(const LinkBox& link, double margin) : LinkBox(link) { radius += margin; }  ///< grown by it, metres
 
   double radius = 0;
   Vec3 centre = Vec3::Zero(), half = Vec3::Zero();
 
-  /// The farthest of its points from the origin of its frame.
+  /// The distance of its farthest point from the origin of its frame.
   double reach() const { return half.norm() + centre.norm() + radius; }
 };
 
-/// Numbers of a link's poses, four by four: the rotation's columns and the translation, or rows of both.
+/// A link's poses in single precision, in blocks of four: the rotation's columns and the translation, or rows of both.
 struct alignas(64) PoseNumbers {
-  static constexpr std::size_t most_lanes = 16;  ///< of a vector
+  static constexpr std::size_t most_lanes = 16;  ///< floats of a vector
   static constexpr std::size_t count = 64;       ///< poses, a multiple of that
   std::array<std::array<float, 4 * count>, 3> groups;
   bool by_rows;
 };
 
-/// A body's box in its own frame, where it stands, and in world axes.
+/// A body's box in its own frame with the body's pose, and its box in world axes.
 struct PlacedBox {
   PlacedBox(const LinkBox& own, const Pose& pose, const Aabb& world);
 
@@ -46,17 +45,19 @@ struct PlacedBox {
   Aabb world;
 };
 
-/// True: the two boxes at these poses are apart; false: not known. For a single pair; the first axes decide most.
+/// True if a separating axis of the two posed boxes is found; false: not known. For a single pair: most are decided by
+/// the first axes.
 bool known_apart(const LinkBox& a, const Pose& pose_a, const LinkBox& b, const Pose& pose_b);
 
-/// A link in 64 configurations: its numbers, and where its boxes begin.
+/// A link in 64 configurations: its converted poses, and the index of its first box.
 struct LinkInPart {
   const LinkBox* box;
   const PoseNumbers* numbers;
   std::size_t at;
 };
 
-/// Where boxes of links in 64 configurations go: into boxes[link * stride + at ...], and all of a link's into `swept`.
+/// The destination of links' boxes in 64 configurations: boxes[link * stride + at ...], and their union per link in
+/// `swept`.
 struct LinkBoxScratch {
   BoxArray* boxes;
   std::size_t stride, at;
@@ -64,17 +65,17 @@ struct LinkBoxScratch {
   PoseNumbers* numbers;
 };
 
-/// Boxes of links in many configurations. Poses and boxes are in single precision: boxes in world axes are wider, and
-/// gaps less, by what rounding takes.
+/// Boxes of links in many configurations. Poses and boxes are in single precision: boxes in world axes are enlarged,
+/// and gaps reduced, by a bound on the rounding errors.
 class LinkBoxes {
  public:
-  /// Configurations `first` to first + count - 1, poses row by row; those that follow are fetched ahead. False if a
-  /// pose may be one that require_valid refuses, or a matrix whose last row is none. Throws WorkStopped where the limit
+  /// Configurations `first` to first + count - 1, poses row by row; those that follow are prefetched. Returns false if
+  /// require_valid may refuse a pose, or the last row of a matrix is not 0, 0, 0, 1. Throws WorkStopped where the limit
   /// is reached. The links' boxes must outlive the calls below.
   bool take(std::span<const LinkBox> links, const PoseList& poses, std::size_t first, std::size_t count,
             const WorkLimit& limit);
 
-  /// In world axes; and of all configurations together.
+  /// A box in world axes, and the union of a link's boxes in all configurations.
   Aabb box(std::size_t link, std::size_t k) const { return boxes_[place(link, k)]; }
   const Aabb& swept(std::size_t link) const { return swept_[link]; }
 
@@ -83,16 +84,16 @@ class LinkBoxes {
   std::size_t places() const { return links_.size() * stride_; }
   std::size_t place(std::size_t link, std::size_t k) const { return link * stride_ + k; }
 
-  /// Configurations are asked for 64 at a time.
+  /// The queries below take 64 configurations at a time.
   std::size_t parts() const { return (count_ + PoseNumbers::count - 1) / PoseNumbers::count; }
-  /// Bit k: in configuration 64 * part + k the boxes, turned as they are, may touch.
+  /// Bit k: the posed boxes may touch in configuration 64 * part + k.
   std::uint64_t meeting(std::size_t part, std::size_t link, std::size_t other) const;
   std::uint64_t meeting(std::size_t part, std::size_t link, const PlacedBox& body) const;
   /// At most the distance of the two boxes, turned as they are; negative where they may touch.
   double gap(std::size_t k, std::size_t link, std::size_t other) const;
   double gap(std::size_t k, std::size_t link, const PlacedBox& body) const;
 
-  /// Bytes held beside itself.
+  /// Bytes beside itself.
   std::size_t memory() const {
     return boxes_.memory() + swept_.capacity() * sizeof(Aabb) + numbers_.capacity() * sizeof(PoseNumbers);
   }

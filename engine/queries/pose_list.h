@@ -29,7 +29,7 @@ class PoseList {
   }
 
   std::size_t size() const { return size_; }
-  /// Whether the values are rows of [rotation | translation] and a fourth row, not columns and the translation.
+  /// True: the values are the rows of [rotation | translation] and a fourth row; false: columns and the translation.
   bool are_matrices() const { return matrices_; }
   const double* numbers(std::size_t i) const { return numbers_ + i * stride(); }
   std::size_t stride() const { return matrices_ ? 16 : 12; }
@@ -47,7 +47,7 @@ class PoseList {
     }
     return pose;
   }
-  /// Whether the fourth row of a matrix is 0, 0, 0, 1.
+  /// True if the fourth row of a matrix is 0, 0, 0, 1.
   bool has_last_row(std::size_t i) const {
     const double* m = numbers(i);
     return !matrices_ || ((m[12] == 0) & (m[13] == 0) & (m[14] == 0) & (m[15] == 1)) != 0;

@@ -1,3 +1,4 @@
+// Updates the copy of a scene's bodies and the hierarchy of their boxes.
 #include "queries/query_world.h"
 
 #include <oneapi/tbb/parallel_for.h>
@@ -79,7 +80,7 @@ void QueryWorld::build() {
   }
 }
 
-// False: some of what changed has no place in the hierarchy.
+// Returns false if a changed body is not in the hierarchy.
 bool QueryWorld::copy_changed(const Scene& scene) {
   const bool other_shapes = SceneChanges::shape_changes(scene) != shape_changes_;
   if (other_shapes) copy_shapes(scene);
@@ -105,7 +106,7 @@ UpdateReport QueryWorld::update(const Scene& scene) {
   const auto start = std::chrono::steady_clock::now();
   UpdateReport report;
   const auto versions = SceneChanges::versions(scene);
-  // Unknown until all is done: after an exception the next update copies all.
+  // The version is unknown until the update is complete: after an exception the next one copies all.
   SceneChanges::HistoryName history = std::exchange(history_, {});
   if (!(history == SceneChanges::HistoryName(scene)) || ids_.size() != scene.indices()) {
     copy_all(scene);

@@ -34,7 +34,7 @@ class QueryWorld {
   std::uint32_t mask(std::uint32_t index) const { return masks_[index]; }
   bool is_static(std::uint32_t index) const { return static_[index] != 0; }
   const BoxQueries& tree() const { return tree_; }
-  const IntervalBits& bits() const { return bits_; }  ///< of the same boxes; built if there are few
+  const IntervalBits& bits() const { return bits_; }  ///< of the same boxes; built if there are few of them
   /// Calls visit(index) for the bodies whose boxes overlap this one, in an order that depends on the world only, until
   /// it returns false, and returns that.
   template <class Visit>
@@ -68,9 +68,9 @@ class QueryWorld {
   std::vector<std::uint32_t> shape_, groups_, masks_, versions_, unbounded_;
   std::vector<Pose> poses_;
   std::vector<LinkBox> own_boxes_;  // in the bodies' frames
-  std::vector<BodyId> ids_;         // "no body" where none is alive
+  std::vector<BodyId> ids_;         // "no body" at free indices
   std::vector<std::uint8_t> static_;
-  std::vector<std::uint8_t> placed_;  // had a box when the tree was built
+  std::vector<std::uint8_t> placed_;  // 1: had a box when the tree was built
   std::vector<std::uint32_t> changed_;
   BoxArray boxes_;
   BoxQueries tree_;

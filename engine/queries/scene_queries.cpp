@@ -1,3 +1,4 @@
+// Queries of one shape against a scene, and the entry points of batches.
 #include "tandem/engine/scene_queries.h"
 
 #include <algorithm>
@@ -32,7 +33,7 @@ struct SceneQueries::Impl {
   static NarrowPhaseOptions without_bounds(NarrowPhaseOptions options) {
     options.margin = 0;
     options.cutoff = infinity;
-    options.memory = nullptr;  // not for several threads
+    options.memory = nullptr;  // one thread's alone
     return options;
   }
 
@@ -80,10 +81,10 @@ struct SceneQueries::Impl {
   NarrowPhaseOptions options;
   NarrowPhase narrow;
   QueryWorld bodies;
-  bool torn = false;  // an update ended before it was done
+  bool torn = false;  // the last update ended by an exception
   CheckMemory memory;
   detail::ScratchPool<std::vector<std::uint32_t>> tried;
-  detail::ScratchPool<QueryMemory> lent;  // to contacts of meshes
+  detail::ScratchPool<QueryMemory> lent;  // for contacts of meshes
 };
 
 SceneQueries::SceneQueries(const Scene& scene, const NarrowPhaseOptions& options)
@@ -153,7 +154,7 @@ std::optional<Hit> SceneQueries::nearest(const Shape& shape, const Pose& pose, d
       }
       return farthest_wanted();
     }
-    // A body whose box overlaps may be deeper than the best: it is never left out.
+    // A body whose box overlaps is never left out: it may be deeper than the best one.
     double farthest_wanted() const {
       return best ? std::max(0.0, best->answer.signed_distance) * (1 + tolerance::distance_rounding) : limit;
     }
@@ -183,14 +184,14 @@ void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin,
   require_valid(pose, "query");
   NarrowPhaseOptions options = impl_->options;
   options.margin = margin;
-  options.mesh_gaps = false;  // those without contacts are left out
+  options.mesh_gaps = false;  // pairs without contacts are left out
   const detail::ScratchPool<QueryMemory>::Lease lent(impl_->lent);
-  // Also where nothing is near: the first query alone may take memory.
+  // Also if nothing is near: only the first query may allocate.
   if (shape.kind() == ShapeKind::mesh) lent->reserve(QueryMemory::usual(shape.triangles().size()));
   options.memory = &*lent;
-  const NarrowPhase narrow(options);  // refuses a bad margin
-  // Those that may touch, then those that do: in the caller's list, so that nothing is allocated once it is large
-  // enough.
+  const NarrowPhase narrow(options);  // throws for an invalid margin
+  // Candidates, then those of them that touch, are collected in the caller's list: nothing is allocated once it is
+  // large enough.
   const auto first = static_cast<std::ptrdiff_t>(hits.size());
   impl_->each_candidate(impl_->box_of(shape, pose, margin), filter, [&](std::uint32_t index, LimitWatch&) {
     hits.push_back({impl_->world().id(index), {}, 0, 0});
@@ -238,7 +239,7 @@ std::optional<Impact> SceneQueries::cast(const Shape& shape, const Motion& motio
 
 namespace {
 
-/// A body of the world that asks: its shape and pose, and the filter that it is.
+/// A body of the world as the query's shape: its shape and pose, and a filter that leaves out the body itself.
 class AskingBody {
  public:
   AskingBody(const QueryWorld& world, BodyId body) : world_(world), body_(body) {

@@ -60,7 +60,7 @@ class TakenColours {
 /// contact list, so that no moving body meets two pairs of one colour: colours are solved one after the other, the
 /// pairs of one in parallel. The order depends on the contacts alone, and so does the motion.
 ///
-/// Several solvers may share a list: each is told the colours of its own pairs, which have been given in the order of
+/// Several solvers may share a list: each receives the colours of its own pairs, which were assigned in the order of
 /// the whole list, and others change its bodies' velocities after each colour.
 class ContactSolver {
  public:

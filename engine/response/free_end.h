@@ -1,4 +1,4 @@
-// Where one body would be after a step by its velocities alone.
+// The pose of a body after a step by its velocities alone.
 #pragma once
 #include <cstdint>
 

@@ -1,3 +1,4 @@
+// Sorted pairs, narrowed in runs of batches whose answers are written in the order of the list.
 #pragma once
 #include <algorithm>
 #include <chrono>

@@ -1,3 +1,4 @@
+// The sorting of candidate pairs in stages of independent blocks.
 #pragma once
 #include <cstddef>
 #include <cstdint>

@@ -65,7 +65,7 @@ void Balancer::apply_user_rule(const ExecutionReport& report, BalanceDecision& d
 
 bool Balancer::add_to_window(const ExecutionReport& report, BalanceDecision& decision) {
   const bool paper = rule_ == BalanceRule::paper;
-  // Where the load changed sides between two measurements, the rule acts at once and without averaging over the earlier
+  // If the load changed sides between two measurements, the rule acts at once and without averaging over the earlier
   // steps.
   const bool urgent =
       !paper && !control_.verifies() && steps_ + 1 < control_.steps() &&

@@ -1,3 +1,4 @@
+// The stages of a step after the broad phase, by the form of the step.
 #pragma once
 #include <atomic>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// The state of a step that its threads share.
 #pragma once
 #include <atomic>
 #include <cstddef>

@@ -1,3 +1,4 @@
+// The blocks of the stages of a step, and which of them is next.
 #pragma once
 #include <atomic>
 #include <cstddef>

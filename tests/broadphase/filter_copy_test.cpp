@@ -1,3 +1,4 @@
+// Copies of a filter detect every change, whether the bodies' groups and masks are equal or not.
 #include "storage/filter_copy.h"
 
 #include <array>

@@ -1,4 +1,4 @@
-# Makes the pages with DOXYGEN by the Doxyfile in FOLDER. What it warns of is an error.
+# Makes the pages with DOXYGEN by the Doxyfile in FOLDER. Warnings are errors.
 execute_process(COMMAND ${DOXYGEN} ${FOLDER}/Doxyfile COMMAND_ERROR_IS_FATAL ANY)
 file(READ ${FOLDER}/warnings.txt warnings)
 if(warnings)

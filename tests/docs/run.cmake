@@ -1,4 +1,4 @@
-# Runs PROGRAM in WORK; what it prints must be what WORK/printed.txt says.
+# Runs PROGRAM in WORK; its output must equal WORK/printed.txt.
 execute_process(COMMAND ${PROGRAM} WORKING_DIRECTORY ${WORK} OUTPUT_VARIABLE printed COMMAND_ERROR_IS_FATAL ANY)
 file(READ ${WORK}/printed.txt expected)
 if(NOT printed STREQUAL expected)

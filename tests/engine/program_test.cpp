@@ -191,7 +191,7 @@ TEST_CASE("program: a bad scene file is one line with file and pointer") {
           {"/shapes/a/triangles/0/2: 1"});
   refused(R"({"shapes":{"a":{"kind":"mesh","vertices":[],"triangles":[]}}})", {"/shapes/a/vertices: []"});
   refused(R"({"shapes":{"a":{"kind":"sphere","radius":1},"a":{"kind":"sphere","radius":1}}})",
-          {"/shapes/a: the key stands twice"});
+          {"/shapes/a: the key occurs twice"});
   refused(R"({"shapes":)", {"s.json: ", "syntax error"});
   refused("", {"s.json: "});
   check_refused({"run", folder.path().string()}, {"a directory"});

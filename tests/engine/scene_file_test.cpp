@@ -135,7 +135,7 @@ TEST_CASE("scene file: faults are refused with the pointer to them") {
   CHECK_THAT(refusal(R"({"shapes":[]})"), Catch::StartsWith("/shapes: []"));
   CHECK_THAT(refusal(R"({"bodies":{}})"), Catch::StartsWith("/bodies: {}"));
   CHECK_THAT(refusal(R"({"shapes":{"a":{"kind":"sphere","radius":1},"a":{"kind":"sphere","radius":2}}})"),
-             Catch::StartsWith("/shapes/a: the key stands twice"));
+             Catch::StartsWith("/shapes/a: the key occurs twice"));
 }
 
 TEST_CASE("scene file: the file is named, and meshes lie beside it") {

@@ -192,8 +192,8 @@ TEST_CASE("JSON: numbers that are none and keys that stand twice are refused whe
   CHECK(refusal(R"({"pose":{"t":[0,1e999,0]}})") == "/pose/t/1: 1e999, allowed: a number that fits a double");
   CHECK_THAT(refusal(R"({"t":[NaN,0,0]})"), Catch::StartsWith("/t/0: byte 7: syntax error"));
   CHECK_THAT(refusal(R"({"t":[0,Infinity,0]})"), Catch::StartsWith("/t/1: byte "));
-  CHECK(refusal(R"({"shapes":{"a":1,"b":2,"a":3}})") == "/shapes/a: the key stands twice, allowed: once");
-  CHECK(refusal(R"([{"x":{}},{"x":[{}, {"a/b":1,"a/b":1}]}])") == "/1/x/1/a~1b: the key stands twice, allowed: once");
+  CHECK(refusal(R"({"shapes":{"a":1,"b":2,"a":3}})") == "/shapes/a: the key occurs twice, allowed: once");
+  CHECK(refusal(R"([{"x":{}},{"x":[{}, {"a/b":1,"a/b":1}]}])") == "/1/x/1/a~1b: the key occurs twice, allowed: once");
   CHECK_THAT(refusal(R"({"a":)"), Catch::Contains("syntax error"));
   CHECK_FALSE(refusal("").empty());
   CHECK_FALSE(refusal("{} {}").empty());

@@ -1,3 +1,4 @@
+// Blocks of a stage are taken once each, from one end or from both.
 #include "flowgraph/step/tickets.h"
 
 #include <atomic>

@@ -1,4 +1,4 @@
-# Runs HOST, a program compiled with flags of its own, and the program TANDEM on all built-in scenes, scaled down, in the
+# Runs HOST, a program compiled with other flags, and the program TANDEM on all built-in scenes with fewer bodies, in the
 # folder WORK: the hashes of all steps' contacts must be equal.
 set(bodies 40)
 set(steps 20)

@@ -6,7 +6,7 @@ packages=$(readlink -f "$1")
 cd "$(dirname "$(readlink -f "$0")")/consumer"
 examples=$(readlink -f ../../../examples)
 export DEBIAN_FRONTEND=noninteractive
-# installed PATTERN...: which of these packages are there; false where none is. dpkg-query fails if it knows one of them not.
+# installed PATTERN...: lists those of these packages that are installed; false if none is. dpkg-query fails for unknown ones.
 installed() { { dpkg-query -W -f '${db:Status-Status} ${Package}\n' "$@" 2>/dev/null || true; } | grep '^installed'; }
 apt-get update -qq
 apt-get install -y -qq --no-install-recommends "$packages"/libtandem0_*.deb "$packages"/libtandem-dev_*.deb >/dev/null

@@ -7,8 +7,8 @@ function(step)
   endif()
 endfunction()
 
-# page_project(PAGE NUMBER): the page's block of CMake code of that number (0 the first) makes a project of `app`, which
-# is built where `build` is ON.
+# page_project(PAGE NUMBER): makes a project in `app` of the page's block of CMake code with that number (0: the first);
+# builds it if `build` is ON.
 function(page_project page number)
   file(READ ${SOURCE}/${page} text)
   string(REPLACE ";" "<semicolon>" text "${text}")  # blocks become a list
@@ -37,10 +37,9 @@ if(MODE STREQUAL package)
   step(${CMAKE_COMMAND} --install ${BUILD} --prefix ${work}/prefix)
   set(where -DCMAKE_PREFIX_PATH=${work}/prefix)
 else()
-  # All of tandem is built anew, in a host that asks for a unity build of all, and by clang where it is there: a host may
-  # have it. It takes minutes, so the fuzz targets, which need clang, are built with it. Kernels for one instruction set
-  # are enough: on all of them the answers are the same bits, which another test shows. Without FCL and libccd, to see
-  # that it can be.
+  # All of tandem is built again, in a host that asks for a unity build of everything, by clang if it is installed. This
+  # takes minutes, so the fuzz targets, which need clang, are built with it. Kernels for one instruction set are enough:
+  # another test shows that all give the same bits. FCL and libccd are left out, to test the build without them.
   include(${SOURCE}/tests/clang.cmake)
   set(where -DTANDEM_SOURCE=${SOURCE} -DTANDEM_PEER_SOLVERS=OFF -DTANDEM_PRECOMPILE_HEADERS=ON -DCMAKE_UNITY_BUILD=ON)
   string(APPEND CXX_FLAGS " -DHWY_COMPILE_ONLY_STATIC")
@@ -84,7 +83,7 @@ if(MPIRUN AND EXISTS ${work}/build/ranks)
        ${MPIRUN} --oversubscribe -n 2 ${work}/build/ranks)
 endif()
 if(MODE STREQUAL subdirectory)
-  # What a host installs is its own.
+  # A host installs its own files only.
   step(${CMAKE_COMMAND} --install ${work}/build --prefix ${work}/host)
   file(GLOB_RECURSE installed RELATIVE ${work}/host ${work}/host/*)
   if(NOT installed STREQUAL "bin/consumer")
@@ -101,7 +100,7 @@ if(pc AND PKG_CONFIG)
   separate_arguments(flags UNIX_COMMAND ${flags})
   step(${CXX} ${SOURCE}/tests/install/consumer/main.cpp -o ${work}/build/by_pkg_config ${flags} -Wl,-rpath,${libraries})
   step(${work}/build/by_pkg_config)
-  # Of libtandem.so's symbols only tandem's own are seen.
+  # libtandem.so exports only tandem's own symbols.
   find_program(NM nm)
   execute_process(COMMAND ${NM} -DC --defined-only ${libraries}/libtandem.so OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
   string(REGEX MATCHALL "[^\n]+" symbols "${symbols}")

@@ -92,7 +92,7 @@ Mesh displaced(Mesh mesh) {
   return mesh;
 }
 
-// What is told of all bottom nodes.
+// The results of the screening of all bottom nodes.
 std::vector<std::uint64_t> told(const MeshConvexPair& pair) {
   const TriangleScreen screen = pair.screen();
   std::vector<std::uint64_t> out;

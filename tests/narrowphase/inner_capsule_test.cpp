@@ -1,4 +1,4 @@
-// A capsule in a solid mesh: it lies in it, and what it says of a pair is so.
+// A capsule in a solid mesh lies in it, and shapes that intersect it collide.
 #include "meshes/traversal/inner_capsule.h"
 
 #include <array>
@@ -101,7 +101,7 @@ TEST_CASE("inner capsule: what it says meets does, and a mesh that has none made
   }
   for (std::size_t k = 0; k < shape_kinds; ++k) {
     CAPTURE(name(static_cast<ShapeKind>(k)));
-    CHECK(8 * told[k] >= meet[k]);  // of small shapes most are not told
+    CHECK(8 * told[k] >= meet[k]);  // most small shapes are not decided
   }
 }
 
@@ -119,7 +119,7 @@ TEST_CASE("inner capsule: long thin shapes that are turned any way") {
     told += is_told;
     if (!is_told) continue;
     CAPTURE(round);
-    // By the triangles: what is told is not asked again.
+    // The distance is computed by the triangles, without the capsule.
     REQUIRE(narrow.solve(mesh, a, other, b, Request::distance).signed_distance <= 0);
   }
   CHECK(told > 100);

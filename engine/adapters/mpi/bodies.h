@@ -21,13 +21,13 @@
 
 namespace tandem::mpi {
 
-/// The bodies of one rank: those that it owns and copies of others', in a scene of its own, and what of them the other
-/// ranks must be told.
+/// The bodies of one rank: those that it owns and copies of others', in a scene of its own, and the changes that other
+/// ranks have to receive.
 ///
-/// Most bodies are far from every other region. As long as a ball about such a body stays in the rank's own region no
-/// word is lost on it, and no step checks it; move() tells when it leaves. All others have an Edge: their boxes, and
-/// the ranks that have copies, which stay the same ones while the box stays within what it was when they were chosen,
-/// grown by a skin (Verlet 1967). A step in which no body leaves its skin sends poses alone, to ranks that expect them.
+/// Most bodies are far from every other region. As long as a ball about such a body stays in the rank's own region,
+/// nothing is sent for it, and no step checks it; move() detects when it leaves. All others have an Edge: their boxes,
+/// and the ranks that have copies, which stay the same while the box stays inside its box at their choice, enlarged by
+/// a skin (Verlet 1967). A step in which no body leaves its skin sends poses alone, to ranks that expect them.
 class Bodies {
  public:
   /// `rest`: as a fraction of its size, how far a body may be from the pose of its kept answers; 0: none are kept.
@@ -123,7 +123,7 @@ class Bodies {
   int owner(std::uint32_t index) const {
     return owned_[index] != 0 ? communicator_.rank() : edges_[edge_of_[index]].owner;
   }
-  /// Visits owned bodies that were moved after the ranks with copies had been told: visit(index, ranks).
+  /// Visits owned bodies that moved after their poses were sent to the ranks with copies: visit(index, ranks).
   template <class Visit>
   void each_untold(const Visit& visit) const {
     const auto versions = SceneChanges::versions(scene_);

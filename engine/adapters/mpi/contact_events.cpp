@@ -12,7 +12,7 @@
 namespace tandem::mpi {
 namespace {
 
-/// Keeps what is in only one of two ascending lists: a pair that moved from one rank to another continues to touch.
+/// Removes the elements that both lists have: a pair that moved from one rank to another continues to touch.
 void cancel(std::vector<IdPair>& x, std::vector<IdPair>& y) {
   std::sort(x.begin(), x.end());
   std::sort(y.begin(), y.end());

@@ -1,3 +1,4 @@
+// The measured cost of each body, by which regions are balanced.
 #pragma once
 #include <atomic>
 #include <cstdint>
@@ -39,7 +40,7 @@ class Costs {
       if (bodies.scene().alive(i) && bodies.owns(i)) light += light_[i], heavy += heavy_[i], ++owned;
     constexpr double ns = 1e6;
     const double broad = owned > 0 ? ns * execution.broad_ms / owned : 0;
-    // Where heavy pairs were not measured separately, all pairs cost the same.
+    // If heavy pairs were not measured separately, all pairs cost the same.
     const bool apart = execution.heavy_ms > 0 && heavy > 0 && light > 0;
     const double narrow = execution.narrow_ms;
     const double all = light + heavy > 0 ? ns * narrow / (light + heavy) : 0;

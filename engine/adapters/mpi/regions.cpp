@@ -117,7 +117,7 @@ void Regions::read_cut() {
   int axes = 0;
   auto &lo = own_.lo, &hi = own_.hi;
   Zoltan_RCB_Box(cut_, communicator_.rank(), &axes, &lo[0], &lo[1], &lo[2], &hi[0], &hi[1], &hi[2]);
-  // Where a cut of a group of ranks without points lies outside of the group's own region, Zoltan reports a box that
+  // If a cut of a group of ranks without points lies outside of the group's own region, Zoltan reports a box that
   // reaches into others'; its assignment of points and boxes does not. A box that touches a cut from below is reported
   // on both sides, though the cut itself belongs to the lower side.
   std::array<double, 3> first{}, last{};

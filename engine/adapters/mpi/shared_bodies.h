@@ -30,9 +30,9 @@ struct SharedBody {
   std::vector<std::uint32_t> colours;
 };
 
-/// Gives pairs the colours that one rank would give them in the order of all ids, each rank its own pairs, and knows
-/// of others only where they have a body in common. A pair's colour waits for those before it that have a body of its:
-/// what is taken goes with the body from rank to rank, in the order of its pairs. Nobody waits for anything else.
+/// Gives pairs the colours that one rank would give them in the order of all ids. Each rank colours its own pairs, and
+/// knows of others' only those that have a body in common. A pair waits for the colours of earlier pairs with one of
+/// its bodies, which travel with the body from rank to rank in the order of its pairs, and for nothing else.
 class SharedBodies {
  public:
   SharedBodies(Communicator& communicator, const Bodies& bodies) : communicator_(communicator), bodies_(bodies) {}

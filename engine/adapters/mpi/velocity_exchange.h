@@ -19,7 +19,7 @@ class VelocityExchange {
   explicit VelocityExchange(Communicator& communicator) : communicator_(communicator) {}
 
   void plan(std::span<const SharedBody> shared);
-  /// After a colour of this rank: sends what others need of it, and receives what they have done until then.
+  /// After a colour of this rank: sends the velocities that others need next, and receives those that they computed.
   void after(std::uint32_t colour, std::vector<SolverBody>& bodies);
   /// Receives the results of other ranks after this one's last colour.
   void end_pass(std::vector<SolverBody>& bodies);

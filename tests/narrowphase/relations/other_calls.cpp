@@ -1,3 +1,4 @@
+// Relations with other calls: motions, separation along a direction, options, lanes, scenes, features, unions.
 #include "other_calls.h"
 
 #include <algorithm>
@@ -22,12 +23,12 @@
 namespace tandem::relations {
 namespace {
 
-// Seen from A's translation: far out, what is moved would come to lie where coordinates round to.
+// The pose relative to A's translation: far from the origin, moving a body would round its coordinates.
 Pose seen_from(const Pose& pose, const Vec3& origin) { return {pose.rotation, pose.translation - origin}; }
 
 // ---- Motions ----
 
-// To a place that it may hit the other on its way to, with a turn.
+// A motion with a rotation, on which the body may hit the other one.
 Motion any_motion(const Pose& from, const Vec3& step, Random& random) {
   Motion m{from, from};
   m.to.translation += step;
@@ -42,7 +43,7 @@ Motion any_motion(const Pose& from, const Vec3& step, Random& random) {
 
 }  // namespace
 
-// No overlap before the first touch, a touch at it, none where there is none: of screws, too.
+// There is no overlap before the first touch, a touch at it, and no touch if none is reported; also for screws.
 std::string motions(const Case& c, Random& random) {
   const Vec3 origin = c.pair.a.pose.translation;
   const PairAnswer& now = c.answers.distance;
@@ -82,8 +83,8 @@ std::string motions(const Case& c, Random& random) {
   const auto other = plain().time_of_impact(c.b, b, c.a, a);
   if (!other) return say("exchanged: no first touch for one at ", end);
   if (std::abs(other->t - end) * path <= 2 * early * path + tolerance) return {};
-  // Of bodies that close slowly both may be as early as the gap that counts as a touch allows, by more than that: so
-  // long as no touch lies between.
+  // For bodies that approach slowly both times may be earlier than the touch by more than usual, as a gap counts as a
+  // touch: they agree as long as no touch lies between.
   for (int k = 0; k <= samples; ++k)
     if (const PairAnswer there = at(end + (other->t - end) * k / samples);
         there.signed_distance - there.error_bound > tolerance + as_touch * path ||
@@ -115,7 +116,7 @@ std::string contact_points(const Case& c, Random&) {
   return {};
 }
 
-// Convex bodies lie behind the planes through their witness points: as half-spaces tell.
+// Convex bodies lie behind the planes through their witness points, by queries with half-spaces.
 std::string planes(const Case& c, Random&) {
   const PairAnswer& r = c.answers.distance;
   if (!c.a.is_convex() || !c.b.is_convex() || !c.a.is_bounded() || !c.b.is_bounded()) return {};
@@ -131,7 +132,7 @@ std::string planes(const Case& c, Random&) {
   return {};
 }
 
-// What separates along a direction is no shorter than the depth, and does.
+// The separation along a direction is no shorter than the depth, and separates.
 std::string along(const Case& c, Random& random) {
   const PairAnswer& r = c.answers.distance;
   const Vec3 origin = c.pair.a.pose.translation;
@@ -168,7 +169,7 @@ std::string along(const Case& c, Random& random) {
 
 // ---- Options ----
 
-// Another solver, a tolerance, parts of the work given away: the same within what was asked for.
+// Another solver, a tolerance, or parts of the work run by a part runner: the same answer within the tolerance.
 std::string options(const Case& c, Random& random) {
   const Pose &a = c.pair.a.pose, &b = c.pair.b.pose;
   const PairAnswer& full = c.answers.distance;
@@ -238,7 +239,7 @@ class Answered final : public AnswerSink {
 
 }  // namespace
 
-// A pair a lane: the pair, its swap and some that are near it have the same bits as alone.
+// One pair per lane: the pair, its exchange and some near it have the same bits as alone.
 std::string lanes(const Case& c, Random& random) {
   struct Placed {
     const Shape* a;
@@ -297,7 +298,7 @@ std::string scene(const Case& c, Random& random) {
   Scene scene;
   const ShapeId shape = scene.add_shape(c.b);
   scene.add_body({.shape = shape, .pose = c.pair.b.pose, .is_static = true});
-  // One that is farther away than all that is asked for.
+  // A body that is farther away than any query reaches.
   const ShapeId point = scene.add_shape(Shape(Sphere{0}));
   Pose far = c.pair.a.pose;
   far.translation +=
@@ -307,7 +308,7 @@ std::string scene(const Case& c, Random& random) {
   const Pose& a = c.pair.a.pose;
   const PairAnswer& d = c.answers.distance;
   const bool bounded = c.a.is_bounded() && c.b.is_bounded();
-  // A touch that rounding decides, or what is as far as the margin: boxes about them may part by as much.
+  // A touch that rounding decides, or a gap equal to the margin: the boxes may be separated by rounding.
   const double tie = rounding * c.unit + world_rounding(c.pair);
   if (std::abs(d.signed_distance) <= tie || std::abs(d.signed_distance - c.pair.margin) <= tie) return {};
   if (queries.collides(c.a, a) != c.answers.collide && bounded)
@@ -347,8 +348,8 @@ std::string scene(const Case& c, Random& random) {
 
 // ---- Triangles ----
 
-// Pairs of triangles within a clearance: the nearest is the distance, those that intersect are the list's; features,
-// too.
+// Pairs of triangles within a clearance: the nearest has the distance, those that intersect are the list's; the same
+// for features.
 std::string near_triangles(const Case& c, Random& random) {
   const Pose &a = c.pair.a.pose, &b = c.pair.b.pose;
   if (c.a.triangles().size() * c.b.triangles().size() > 20000) return {};
@@ -428,7 +429,7 @@ std::string triangle_places(const Case& c, Random&) {
   return {};
 }
 
-// The vertices of A as a cloud of points, or of balls: as near to B as the nearest ball.
+// The vertices of A as a cloud of points, or of balls, are as near to B as the nearest ball.
 std::string cloud(const Case& c, Random& random) {
   const std::span<const Vec3> points = c.a.vertices();
   if (points.empty() || points.size() > 64) return {};
@@ -456,7 +457,7 @@ std::string cloud(const Case& c, Random& random) {
 
 namespace {
 
-// A solid and the convex ones that it is the union of, in its frame.
+// A solid and the convex solids of which it is the union, in its frame.
 struct Union {
   Shape whole;
   std::vector<Shape> parts;
@@ -499,7 +500,7 @@ Union land(double size, Random& random) {
   return land;
 }
 
-// Two solids of cubes of one grid: whether they meet is known exactly, of touches, too.
+// Two solids of cubes of one grid: the verdict is known exactly, also for touches.
 std::string cubes_of_one_grid(Random& random) {
   const double size = std::ldexp(1.0, random.below(21) - 10);
   const Union a = cubes(size, random), b = cubes(size, random);
@@ -516,7 +517,7 @@ std::string cubes_of_one_grid(Random& random) {
 
 }  // namespace
 
-// Cubes of a grid, or land, in A's place: the union of its cubes, or of prisms.
+// Cubes of a grid, or a height field, in A's place: the union of its cubes, or of its prisms.
 std::string unions(const Case& c, Random& random) {
   if (!(c.unit > 0)) return {};
   const double size = random.in(0.05, 0.4) * c.unit;
@@ -537,7 +538,7 @@ std::string unions(const Case& c, Random& random) {
   const char* what = by_cubes ? "cubes" : "land";
   if (collide(all.whole, a, c.b, c.pair.b.pose) != any && std::abs(least) > tolerance)
     return say(what, ": collide is ", !any, ", the nearest of the parts is ", least, " off");
-  // Where parts meet, within the whole, each may be missed by rounding.
+  // A touch on the common boundary of parts may be missed for each part by rounding.
   if (least > tolerance && !(std::abs(r.signed_distance - least) <= tolerance + r.error_bound))
     return say(what, ": ", r.signed_distance, " off, the nearest of the parts ", least);
   if (least <= tolerance && r.signed_distance - r.error_bound > least + tolerance)
@@ -545,7 +546,7 @@ std::string unions(const Case& c, Random& random) {
   return cubes_of_one_grid(random);
 }
 
-// A mesh that was bent into its place is the mesh made there.
+// A mesh deformed into its place answers as the mesh made there.
 std::string deformed(const Case& c, Random& random) {
   std::array<std::optional<Shape>, 2> bent;
   for (const bool first : {true, false}) {
@@ -563,7 +564,7 @@ std::string deformed(const Case& c, Random& random) {
       mesh.update(m->vertices);
       bent[first ? 0 : 1] = mesh.shape();
     } catch (const std::invalid_argument&) {
-      return {};  // bending has parted vertices, or turned the mesh inside out
+      return {};  // the deformation separated vertices, or turned the mesh inside out
     }
     if (s.rounding > 0) bent[first ? 0 : 1] = bent[first ? 0 : 1]->rounded(s.rounding);
   }

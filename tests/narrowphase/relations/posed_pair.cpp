@@ -1,3 +1,4 @@
+// Pairs of posed shapes: as records, scaled, moved, exchanged.
 #include "posed_pair.h"
 
 #include <algorithm>
@@ -179,8 +180,7 @@ void scale(PosedPair& pair, double factor) {
 }
 
 bool can_scale(const PosedPair& pair, double factor) {
-  // Vertices and translations may be any number up to 1e30; where a square of theirs is no normal number, bits are
-  // lost.
+  // Vertices and translations may be any number up to 1e30; if their square is not a normal number, bits are lost.
   constexpr double least = 1e-29, most = 1e29;
   bool can = true;
   const auto check = [&](double x) {

@@ -44,7 +44,7 @@ double unit_of(const PosedPair& pair);
 /// Scales all lengths by `factor`.
 void scale(ShapeData& data, double factor);
 void scale(PosedPair& pair, double factor);
-/// Whether all lengths can be scaled by `factor` exactly, within the limits of shapes and poses.
+/// True if all lengths can be scaled by `factor` exactly, within the limits of shapes and poses.
 bool can_scale(const PosedPair& pair, double factor);
 
 /// The pair as a record for `tandem query`, in one line, with all digits.

@@ -1,3 +1,4 @@
+// The relations between answers, one function each, and their list.
 #include "relations.h"
 
 #include <algorithm>
@@ -36,7 +37,7 @@ Answers answer(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& p
 
 std::string difference(const Answers& x, const Answers& y, double factor, double unit, bool verdicts, double margin) {
   const double tolerance = rounding * unit, d = x.distance.signed_distance;
-  // A touch that one call sees, and the other does not exclude by the bound on its depth, is a tie, too.
+  // A touch that one call reports, and that the other's error bound does not exclude, is no contradiction.
   const bool may_touch = std::abs(d) - x.distance.error_bound <= tolerance &&
                          std::abs(y.distance.signed_distance) / factor <= tolerance;
   const bool is_tie = (std::abs(d) <= tolerance || may_touch) && !verdicts;
@@ -72,7 +73,7 @@ std::string same(const Case& c, const PosedPair& other, double factor = 1, bool 
   return difference(c.answers, answer(other), factor, c.unit, verdicts, c.pair.margin);
 }
 
-// One of two shapes given otherwise: the other's hull or hierarchy need not be built again.
+// One of two shapes in another representation: the other's hull or hierarchy need not be built again.
 std::string same_but_one(const Case& c, const PosedPair& other, bool first) {
   const Shape changed = make_shape(first ? other.a : other.b);
   const Answers r = answer(first ? changed : c.a, other.a.pose, first ? c.b : changed, other.b.pose, other.margin);
@@ -87,7 +88,7 @@ std::string same_shapes(const Case& c, const PosedPair& other, bool verdicts) {
 
 // ---- One pair, several requests ----
 
-// A bound goes with its status: what is ok is right to `surface`.
+// The error bound goes with the status: an ok answer is right to `surface`.
 bool all_finite(const PairAnswer& r, double unit) {
   return std::isfinite(r.signed_distance) && r.normal.allFinite() && r.point_a.allFinite() && r.point_b.allFinite() &&
          std::isfinite(r.error_bound) && r.error_bound >= 0 &&
@@ -115,13 +116,13 @@ std::string cutoffs(const Case& c, Random& random) {
   return {};
 }
 
-// Balls about the points of two shapes take their radii off the distance.
+// Rounding two shapes reduces their distance by the radii.
 std::string rounded(const Case& c, Random&) {
   PosedPair cores = c.pair;
   cores.a.rounding = cores.b.rounding = 0;
   const bool has_mesh = !c.a.is_convex() || !c.b.is_convex();
   const PairAnswer r = distance(make_shape(cores.a), cores.a.pose, make_shape(cores.b), cores.b.pose);
-  if (has_mesh && r.signed_distance <= 0) return {};  // out of a mesh, a ball may take another way than its centre
+  if (has_mesh && r.signed_distance <= 0) return {};  // a ball may leave a mesh by another translation than its centre
   const PairAnswer& full = c.answers.distance;
   const double expected = r.signed_distance - c.pair.a.rounding - c.pair.b.rounding;
   if (has_mesh && expected < 0) {
@@ -136,7 +137,7 @@ std::string rounded(const Case& c, Random&) {
 
 std::string numbers(const Case& c, Random&) {
   const Answers& r = c.answers;
-  const double unit = std::max(c.unit, c.a.size() + c.b.size());  // the status goes by the sizes
+  const double unit = std::max(c.unit, c.a.size() + c.b.size());  // the status is relative to the sizes
   for (const PairAnswer* some : {&r.distance, &r.contacts, &r.near})
     if (!all_finite(*some, unit)) return say("not finite, or an error bound without its status");
   if (!(std::abs(r.distance.normal.norm() - 1) < 1e-14)) return say("normal of length ", r.distance.normal.norm());
@@ -189,14 +190,14 @@ std::string margins(const Case& c, Random&) {
   return {};
 }
 
-// Do they with B moved? Seen from A's translation: far out, B would come to lie where coordinates round to.
+// The verdict with B moved, relative to A's translation: far from the origin B's coordinates would be rounded.
 bool collide_moved(const Case& c, const Vec3& by) {
   const Pose &a = c.pair.a.pose, &b = c.pair.b.pose;
   return collide(c.a, {a.rotation, Vec3::Zero()}, c.b, {b.rotation, b.translation - a.translation + by});
 }
 
-// Does B, moved by a length along n, leave A but for `slack`? A little farther, by less than that, it may touch what
-// comes next.
+// True if B, moved by a length along n, leaves A to within `slack`: moved farther by less than that, it may touch the
+// next part of A.
 bool separates(const Case& c, double length, const Vec3& n, double slack) {
   const Pose &a = c.pair.a.pose, &b = c.pair.b.pose;
   for (const double farther : {slack, slack / 2, slack / 4, slack / 8})
@@ -217,7 +218,7 @@ std::string translation_out(const Case& c, Random&) {
       return say("they collide before the gap ", d, " is closed");
     return {};
   }
-  // They may still touch: along a face on which B slides.
+  // They may still touch, along a face on which B slides.
   if (!separates(c, -d, r.normal, slack))
     return say("moving by the depth ", -d, " (", r.error_bound, ") does not separate");
   if (r.status == Status::ok && -d > 100 * slack && !moved(-0.99 * d))
@@ -324,7 +325,7 @@ std::string impact(const Case& c, Random& random) {
   return {};
 }
 
-// ---- The same real numbers, given otherwise ----
+// ---- The same real numbers in other representations ----
 
 std::string swap(const Case& c, Random&) {
   const Answers r = answer(c.b, c.pair.b.pose, c.a, c.pair.a.pose, c.pair.margin);
@@ -372,7 +373,7 @@ void shuffle(std::vector<T>& list, Random& random) {
     std::swap(list[i - 1], list[static_cast<std::size_t>(random.below(static_cast<int>(i)))]);
 }
 
-// False: of a kind that has no vertices.
+// False if the kind has no vertices.
 bool permute(ShapeData& data, Random& random) {
   if (auto* hull = std::get_if<Convex>(&data)) shuffle(hull->vertices, random);
   if (auto* triangle = std::get_if<Triangle>(&data))
@@ -414,7 +415,7 @@ Mesh box_mesh(const Vec3& size) {
 
 struct OtherKind {
   ShapeData shape;
-  double rounding = 0;  // more than the shape has
+  double rounding = 0;  // beside that of the shape
 };
 
 // The faces of a hull that has a volume, cut into triangles; else none.
@@ -439,7 +440,7 @@ Convex with_midpoints(Convex convex) {
   return convex;
 }
 
-// Every triangle with corners of its own.
+// Every triangle with separate vertices.
 Mesh unshared(const Mesh& mesh) {
   Mesh m;
   m.solid = mesh.solid;
@@ -601,7 +602,7 @@ std::vector<Shape> triangles(const PosedShape& posed) {
   return all;
 }
 
-// Is a vertex of the other, or the middle of a convex one, inside a solid mesh? By its winding number there.
+// True if a vertex of the other shape, or the middle of a convex one, is inside a solid mesh, by the winding number.
 bool holds(const PosedShape& outer, const PosedShape& inner) {
   const Mesh* m = std::get_if<Mesh>(&outer.shape);
   if (m == nullptr || !m->solid) return false;
@@ -623,7 +624,7 @@ bool holds(const PosedShape& outer, const PosedShape& inner) {
     for (const auto& t : m->triangles) {
       const Vec3 a = m->vertices[t[0]] - at, b = m->vertices[t[1]] - at, e = m->vertices[t[2]] - at;
       const double la = a.norm(), lb = b.norm(), le = e.norm(), volume = a.dot(b.cross(e));
-      // A sliver that the point is near has a volume of rounding, of either sign: half a turn either way.
+      // The solid angle of a sliver near the point is a rounding error with either sign: half a turn either way.
       if (std::abs(volume) <= 16 * std::numeric_limits<double>::epsilon() * la * lb * le) continue;
       angle += 2 * std::atan2(volume, la * lb * le + a.dot(b) * le + b.dot(e) * la + e.dot(a) * lb);
     }
@@ -639,7 +640,7 @@ std::string by_triangles(const Case& c, Random&) {
   constexpr std::size_t most = 1024;
   if (of_a.size() * of_b.size() > most) return {};
   bool any = false;
-  double least = infinity, certain = infinity;  // what the nearest are apart at most, and at least
+  double least = infinity, certain = infinity;  // upper and lower bound on the distance of the nearest
   for (const Shape& s : of_a)
     for (const Shape& t : of_b) {
       const PairAnswer r = distance(s, p.a.pose, t, p.b.pose);
@@ -649,7 +650,7 @@ std::string by_triangles(const Case& c, Random&) {
     }
   const double d = c.answers.distance.signed_distance, tolerance = rounding * c.unit + c.answers.distance.error_bound;
   const bool inside = !any && (holds(p.a, p.b) || holds(p.b, p.a));
-  // A touch within what is known of the nearest triangles is either.
+  // A touch within the bounds of the nearest triangles may count as either.
   if (c.answers.collide != (any || inside) && (certain > tolerance || least < -tolerance))
     return say("collide ", c.answers.collide, ", of the triangles ", any, ", one inside the other ", inside, " at ",
                certain, " to ", least);
@@ -670,7 +671,7 @@ std::string triangle_list(const Case& c, Random&) {
   return {};
 }
 
-// ---- Of which pairs a relation says something
+// ---- The pairs to which a relation applies
 
 bool any(const PosedPair&) { return true; }
 
@@ -685,7 +686,7 @@ bool has_triangles_only(const PosedPair& p) {
   const auto is_triangular = [](const PosedShape& s) {
     return s.kind() == ShapeKind::mesh || s.kind() == ShapeKind::triangle;
   };
-  return is_triangular(p.a) && is_triangular(p.b) && !has_rounding(p);  // lists are not told of rounded shapes
+  return is_triangular(p.a) && is_triangular(p.b) && !has_rounding(p);  // there are no lists for rounded shapes
 }
 
 constexpr std::array table{

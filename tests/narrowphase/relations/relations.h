@@ -29,7 +29,7 @@ struct Case {
 struct Relation {
   std::string_view name;
   std::string_view says;  ///< description, one line
-  /// Whether the relation applies to such shapes.
+  /// True if the relation applies to such shapes.
   bool (*covers)(const PosedPair& pair);
   /// Returns an empty string, or the contradiction. `random` draws what the relation needs.
   std::string (*check)(const Case& c, Random& random);

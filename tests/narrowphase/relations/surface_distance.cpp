@@ -1,3 +1,4 @@
+// Distances of points to shapes' surfaces, by formulas that share nothing with the solvers.
 #include "surface_distance.h"
 
 #include <algorithm>
@@ -10,7 +11,7 @@ namespace {
 
 using Vec2 = Eigen::Vector2d;
 
-/// Of a box about the origin, negative inside.
+/// The signed distance from a box about the origin, negative inside.
 template <class V>
 double box(const V& p, const V& half) {
   const V q = p.cwiseAbs() - half;
@@ -26,7 +27,7 @@ double asked(const Shape& bare, const Vec3& p) {
   return NarrowPhase().solve(bare, {}, Shape(Sphere{0}), {Mat3::Identity(), p}, Request::distance).signed_distance;
 }
 
-// Without the ball about each point and the inside of a solid mesh; hulls and hierarchies need not be built again.
+// Without rounding and without the inside of a solid mesh; hulls and hierarchies need not be built again.
 double asked(const PosedShape& posed, const Shape& made, const Vec3& p) {
   const Mesh* mesh = std::get_if<Mesh>(&posed.shape);
   const bool is_solid = mesh != nullptr && mesh->solid;
@@ -57,11 +58,11 @@ double surface_distance(const PosedShape& shape, const Shape& made, const Vec3& 
       return std::min(segment(q, rim, apex), segment(q, Vec2(0, -s.length / 2), rim));
     }
     double operator()(const Ellipsoid& s) const {
-      if (shape.rounding > 0) return asked(shape, made, p);  // what follows holds near its surface
+      if (shape.rounding > 0) return asked(shape, made, p);  // the formulas below hold near its surface
       const Vec3 q = p.cwiseQuotient(s.radii);
       const double k = q.norm(), gradient = q.cwiseQuotient(s.radii).norm();
       double far = gradient > 0 ? std::abs(k * (k - 1) / gradient) : s.radii.minCoeff();
-      // Inside a flat one to first order says nothing: along an axis the surface is no nearer than it is.
+      // Inside a flat ellipsoid the first order is useless: the distance along an axis is an upper bound.
       for (int i = 0; i < 3 && k < 1; ++i)
         far = std::min(far, s.radii[i] * std::sqrt(1 - (k * k - q[i] * q[i])) - std::abs(p[i]));
       return far;
@@ -70,7 +71,7 @@ double surface_distance(const PosedShape& shape, const Shape& made, const Vec3& 
     double operator()(const Plane& s) const { return std::abs(s.normal.dot(p) - s.offset) / s.normal.norm(); }
     double operator()(const Convex&) const { return asked(shape, made, p); }
     double operator()(const Triangle&) const { return asked(shape, made, p); }
-    // A point that touches a surface lies on it, however far it is out of there.
+    // A point that touches a surface lies on it, whatever its depth.
     double operator()(const Mesh&) const { return std::max(0.0, asked(shape, made, p)); }
     double operator()(const Voxels&) const { return std::max(0.0, asked(shape, made, p)); }
   };

@@ -1,3 +1,4 @@
+// Unusual pairs: repeated triangles, dense hulls, stacks, hollow solids, solids of cubes, shapes far from their origin.
 #include "unusual.h"
 
 #include <cmath>
@@ -10,18 +11,18 @@
 namespace tandem::relations {
 namespace {
 
-constexpr int most_triangles = 600;  // of a mesh that is changed: larger ones take as long as all others together
+constexpr int most_triangles = 600;  // of a changed mesh: larger ones take as long as all others together
 
 double small(Random& r, double most) { return std::pow(10.0, -r.in(0, most)); }
 
-/// A turn by 1e-16 to 1e-3, or none.
+/// A rotation by 1e-16 to 1e-3 radians, or none.
 Mat3 slight_turn(Random& r) {
   if (r.once_in(3)) return Mat3::Identity();
   const Vec3 axis = r.direction();
   return Eigen::AngleAxisd(1e-3 * small(r, 13), axis).toRotationMatrix();
 }
 
-/// Open where it is refused as a solid.
+/// The mesh as a surface if it is refused as a solid.
 Mesh checked(Mesh m) {
   try {
     if (m.solid) make_shape(m);
@@ -41,7 +42,7 @@ Mesh some_mesh(const ShapeData& drawn, Random& r) {
   return test::box_mesh(r.vec(0.1, 1.5), cuts);
 }
 
-/// Some triangles again, also from the other side and with vertices of their own; vertices that none uses.
+/// Repeats some triangles, also reversed and with separate vertices; adds vertices that no triangle uses.
 Mesh with_repeated(Mesh m, Random& r) {
   m.solid = false;
   const std::size_t count = m.triangles.size();
@@ -74,7 +75,7 @@ Convex many_points(Random& r) {
   return c;
 }
 
-/// Two boxes, B on A but for a gap or an overlap, of one size or not, turned by hardly anything.
+/// Two boxes of equal or different sizes, B on A with a small gap or overlap and a slight rotation.
 void stack(PosedPair& p, Random& r) {
   const Vec3 size = r.vec(0.1, 1.5);
   p.a.shape = Box{size};
@@ -92,7 +93,7 @@ void stack(PosedPair& p, Random& r) {
   if (r.once_in(6)) p.b.shape = Convex{b.vertices};
 }
 
-/// A solid and its like, 0.05 to 1 - 1e-9 as large, somewhere in it.
+/// A solid and a similar one, 0.05 to 1 - 1e-9 as large, inside it.
 void put_in(PosedPair& p, Random& r) {
   if (p.a.kind() == ShapeKind::halfspace || p.a.kind() == ShapeKind::plane) p.a.shape = Box{r.vec(0.1, 1.5)};
   if (r.once_in(3)) p.a.shape = checked(some_mesh(p.a.shape, r));
@@ -106,7 +107,7 @@ void put_in(PosedPair& p, Random& r) {
   p.b.pose.translation += r.in(0, 1) * (1 - factor) * reach(p.a) * along;
 }
 
-/// A box or a ring that is hollow, its walls thin to 1e-7.
+/// A hollow box or ring with walls thin to 1e-7.
 Mesh hollow(Random& r) {
   const double wall = 0.5 * small(r, 7);
   Mesh m, inner;
@@ -149,7 +150,7 @@ void turn_together(PosedPair& p, Random& r) {
   for (PosedShape* s : {&p.a, &p.b}) s->pose = {turn * s->pose.rotation, turn * s->pose.translation};
 }
 
-/// To a touch, or as they are.
+/// Moves the pair to a touch, or leaves it.
 void place_somewhere(PosedPair& p, Random& r) {
   const double size = reach(p.a) + reach(p.b);
   if (r.once_in(3)) return;
@@ -167,7 +168,7 @@ Mesh cubes(double size, Random& r) {
   return std::get<Mesh>(data_of(voxel_mesh(cells, size)));
 }
 
-/// Land, steep or flat to 1e-12, its heights multiples of an eighth or any.
+/// A height field, steep or flat to 1e-12, its heights multiples of an eighth or arbitrary.
 Mesh land(double size, Random& r) {
   const int columns = 2 + r.below(5), rows = 2 + r.below(5), what = r.below(3);
   const double bump = what == 0 ? small(r, 12) : 1;
@@ -192,7 +193,7 @@ void put_on_grid(PosedPair& p, Random& r) {
 }
 
 void change(PosedPair& p, Random& r) {
-  Random apart(~p.seed);  // numbers of its own: what else is drawn of a seed stays
+  Random apart(~p.seed);  // a separate generator: the other numbers of a seed stay the same
   if (apart.once_in(6)) return put_on_grid(p, apart);
   switch (r.below(8)) {
     case 0:
@@ -237,7 +238,7 @@ void make_unusual(PosedPair& p, Random& r) {
     change(changed, r);
     make_shape(changed.a), make_shape(changed.b);
   } catch (const std::invalid_argument&) {
-    return;  // smaller than shapes may be
+    return;  // smaller than shapes are allowed to be
   }
   p = changed;
 }

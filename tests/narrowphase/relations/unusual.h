@@ -1,12 +1,12 @@
-// Pairs that users have and that shapes and poses drawn apart from each other seldom or never are.
+// Pairs that occur in use, but seldom or never when shapes and poses are drawn independently.
 #pragma once
 #include "posed_pair.h"
 
 namespace tandem::relations {
 
-/// Makes of a drawn pair one of: triangles given twice, a hull of up to 3,000 points, boxes in a stack, a solid within
-/// its like, thin walls, shapes far from their own origin, a shape twice at (nearly) one place, an exact place turned,
-/// cubes of a grid and land.
+/// Changes a drawn pair into one of: repeated triangles, a hull of up to 3,000 points, boxes in a stack, a solid inside
+/// a similar one, thin walls, shapes far from their own origin, a shape twice at (nearly) one place, an exact pose
+/// rotated, cubes of a grid and height fields.
 void make_unusual(PosedPair& pair, Random& r);
 
 }  // namespace tandem::relations

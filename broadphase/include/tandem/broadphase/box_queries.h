@@ -53,7 +53,7 @@ struct QueryAnswers {
 class BoxVisitor {
  public:
   virtual ~BoxVisitor() = default;
-  /// Takes a box that overlaps what was asked; false ends the visit.
+  /// Receives a box that overlaps the query; false ends the visit.
   virtual bool visit(std::uint32_t index) = 0;
 };
 

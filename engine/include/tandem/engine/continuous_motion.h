@@ -25,27 +25,27 @@ struct MotionStop {
 };
 
 /// The poses of all bodies after dt by their velocities alone, static ones included: one an index.
-/// Throws std::invalid_argument where that is no valid pose, for example of a body farther from the origin than poses
-/// may be.
+/// Throws std::invalid_argument if such a pose is not valid, for example because the body is farther from the origin
+/// than poses may be.
 void free_ends(const Scene& scene, std::vector<Pose>& ends);
 
 /// Keeps continuous bodies (BodyOptions::continuous) from passing through others within a step, however fast they are:
 /// for a host that moves bodies itself; Response does it by itself.
 ///
-/// A step is seen as a motion of each body: its centre of mass (of a static one the origin) goes straight and evenly,
-/// and the body turns about it the shorter way round. What is promised:
-/// - A continuous body meets no body from which it is apart at the start of the step by more than NarrowPhase's
-///   time_of_impact calls a touch: it goes as far as the first touch, and from then on goes with what it touches
-///   (stands still with what stands still, is taken along by what moves). Two continuous ones that meet both stand
-///   still then. Of two that close in on it from two sides the faster one takes it along; the other one it may enter.
-/// - The same holds of a pair that touches at the start, and is apart after a motion of fast_motion of the inner
-/// radius.
-///   Of one that still touches then, as what slides along a floor, contacts are to keep the two apart, which is not
-///   certain; but the core, the inner ball with half its radius, enters nothing that it is apart from, and gets no
-///   deeper into what it touches. So for pairs that touch where one is taken along.
-/// - Pairs whose motions are together shorter than that are not looked at: they end up as deep in each other at most.
-/// Sensors stop nothing and are not stopped. Static bodies are taken to move by their velocity. What a stopped body
-/// loses of its motion is lost; its velocity stays, for the contacts of the next step to change.
+/// A step is seen as a motion of each body: its centre of mass (a static body's origin) moves on a straight line at
+/// constant speed, while the body rotates about it by at most half a turn. Guarantees:
+/// - A continuous body enters no body from which it is separated at the start of the step by more than the gap that
+///   NarrowPhase::time_of_impact counts as a touch. It moves up to the first touch, and from then on with the body that
+///   it touches: it stops at one at rest, and a moving one carries it. Two continuous bodies that meet both stop. If
+///   two bodies close in on it from two sides, the faster one carries it, and it may enter the other one.
+/// - The same holds for a pair that touches at the start, and is separated after a motion of fast_motion of the inner
+///   radius. If it still touches then, as a body that slides along a floor, contacts have to keep the two apart, which
+///   is not certain; but the core, the inner ball with half its radius, enters no body from which it is separated, and
+///   gets no deeper into one that it touches. The same holds for touching pairs of which one body is carried.
+/// - Pairs whose motions are together shorter than that are not examined: they end at most that deep in each other.
+///
+/// Sensors stop nothing and are not stopped. Static bodies are assumed to move by their velocity. The rest of a stopped
+/// body's motion is lost; its velocity stays, for the contacts of the next step to change.
 ///
 /// Cost: scenes without continuous bodies none; where none is fast a pass over the bodies. The answer is the same bits
 /// on any number of threads.

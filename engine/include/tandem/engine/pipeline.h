@@ -126,10 +126,10 @@ class Pipeline {
   /// is cancelled (executors barrier, fused and flowgraph), the step ends early with an empty answer; both reach into
   /// pairs with a mesh, and into the building of a mesh's hull.
   ///
-  /// When the deadline passes, the answer has what is finished: pairs that are complete; pairs that were found but not
-  /// finished, with Status::stopped and no contacts; and of boxes that were not looked at yet no pairs. If any is not
-  /// complete the report says so, StepIssue::incomplete; kept answers (AnswerOptions::keep_contacts) are not in such a
-  /// list, and the next step computes all.
+  /// When the deadline passes, the answer has the completed pairs, and those that were found but not completed, with
+  /// Status::stopped and without contacts; boxes that were not tested yet have no pairs. If any is incomplete, the
+  /// report has StepIssue::incomplete; kept answers (AnswerOptions::keep_contacts) are not in such a list, and the next
+  /// step computes all.
   StepReport step(const Scene& scene, std::stop_token stop = {},
                   std::chrono::steady_clock::time_point deadline = std::chrono::steady_clock::time_point::max());
 

@@ -1,3 +1,4 @@
+// Reader of octomap's files.
 #pragma once
 #include <filesystem>
 

@@ -31,7 +31,7 @@ class CollisionManager : public ::fcl::BroadPhaseCollisionManager<S> {
   using Object = ::fcl::CollisionObject<S>;
   using Manager = ::fcl::BroadPhaseCollisionManager<S>;
 
-  /// Whether an octree passed to a query is one object or, as there, one object for each of its cells, which lives
+  /// True: an octree passed to a query is one object; false: as in FCL, one object for each of its cells, which lives
   /// during the callback.
   bool octree_as_geometry_collide = true;
   bool octree_as_geometry_distance = false;

@@ -1,3 +1,4 @@
+// FCL's octrees as voxels.
 #pragma once
 #include <fcl/config.h>
 #if FCL_HAVE_OCTOMAP
