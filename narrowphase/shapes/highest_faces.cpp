@@ -24,8 +24,8 @@ void highest_faces(const FaceTable& faces, const float (&p)[4], float slack, Fac
   alignas(64) float height[FaceTable::most_faces];
   const auto x = hn::Set(tag, p[0]), y = hn::Set(tag, p[1]), z = hn::Set(tag, p[2]), w = hn::Set(tag, p[3]);
   auto most = hn::Set(tag, -std::numeric_limits<float>::max());
-  // Padding is not above the maximum: its product with a direction is 0, and some face of a polytope has a positive one;
-  // its height over a point is -`beyond`.
+  // Padding is not above the maximum: its product with a direction is 0, and some face of a polytope has a positive
+  // one; its height over a point is -`beyond`.
   for (std::size_t i = 0; i < faces.faces; i += lanes) {
     const auto along = hn::Add(hn::Add(hn::Mul(x, hn::LoadU(tag, nx + i)), hn::Mul(y, hn::LoadU(tag, ny + i))),
                                hn::Mul(z, hn::LoadU(tag, nz + i)));
