@@ -8,16 +8,18 @@
 #include <utility>
 
 #include "scene/tolerances.h"
+#include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/prepare.h"
 
 namespace tandem {
 
 Aabb outward_box(const Shape& shape, const Pose& pose, double margin, const WorkLimit* limit) {
   const Bounds bounds = shape.bounds(pose, limit);
+  const double wider = margin + touch_share(shape);  // a cast's touch, and the rounding of corners
   Aabb box;
   for (int k = 0; k < 3; ++k) {
-    box.lo[static_cast<std::size_t>(k)] = round_down(bounds.lo[k] - margin);
-    box.hi[static_cast<std::size_t>(k)] = round_up(bounds.hi[k] + margin);
+    box.lo[static_cast<std::size_t>(k)] = round_down(bounds.lo[k] - wider);
+    box.hi[static_cast<std::size_t>(k)] = round_up(bounds.hi[k] + wider);
   }
   return box;
 }

@@ -5,6 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "scene/tolerances.h"
+#include "tandem/narrowphase/narrow_phase.h"
+
 namespace tandem {
 namespace {
 
@@ -31,12 +34,14 @@ Bound bound_of(const Motion& motion, double reach) {
 constexpr float farthest = std::numeric_limits<float>::max();
 constexpr Aabb everywhere{{-farthest, -farthest, -farthest}, {farthest, farthest, farthest}};
 
-/// Rounded outward, and enlarged by `more`.
+/// Rounded outward, and enlarged by `more` and by what poses and corners are rounded by.
 Aabb joined(const Bounds& a, const Bounds& b, double more) {
   Aabb box;
   for (int k = 0; k < 3; ++k) {
-    box.lo[static_cast<std::size_t>(k)] = round_down(std::min(a.lo[k], b.lo[k]) - more);
-    box.hi[static_cast<std::size_t>(k)] = round_up(std::max(a.hi[k], b.hi[k]) + more);
+    const double lo = std::min(a.lo[k], b.lo[k]), hi = std::max(a.hi[k], b.hi[k]);
+    const double wider = more + tolerance::motion_rounding * std::max(std::abs(lo), std::abs(hi));
+    box.lo[static_cast<std::size_t>(k)] = round_down(lo - wider);
+    box.hi[static_cast<std::size_t>(k)] = round_up(hi + wider);
   }
   return box;
 }
@@ -54,8 +59,8 @@ Aabb swept_box(const Shape& shape, const Motion& motion) {
   if (!shape.is_bounded()) return everywhere;
   const Bounds from = shape.bounds(motion.from);
   if (motion.from.translation == motion.to.translation && motion.from.rotation == motion.to.rotation)
-    return joined(from, from, 0);
-  return joined(from, shape.bounds(motion.to), bulge(motion, reach_of(shape)));
+    return joined(from, from, touch_share(shape));
+  return joined(from, shape.bounds(motion.to), bulge(motion, reach_of(shape)) + touch_share(shape, motion));
 }
 
 SweptBoxes::SweptBoxes(const Shape& shape, const Motion& motion, const WorkLimit* limit) {
@@ -69,11 +74,11 @@ SweptBoxes::SweptBoxes(const Shape& shape, const Motion& motion, const WorkLimit
   const auto stretches =
       static_cast<std::size_t>(length > 0 ? std::clamp(std::ceil(bound.path / length), 1.0, double{most}) : 1);
   const double dt = 1 / static_cast<double>(stretches);
-  const double bulge = bound.acceleration * dt * dt / 8;
+  const double more = bound.acceleration * dt * dt / 8 + touch_share(shape, motion, limit);
   Bounds last = shape.bounds(pose_at(motion, 0));
   for (std::size_t i = 1; i <= stretches; ++i) {
     const Bounds next = shape.bounds(pose_at(motion, static_cast<double>(i) / static_cast<double>(stretches)));
-    boxes_[size_++] = joined(last, next, bulge);
+    boxes_[size_++] = joined(last, next, more);
     last = next;
   }
 }

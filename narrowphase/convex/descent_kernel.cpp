@@ -184,13 +184,15 @@ void descend(const MinkowskiDifference& d, const DescentLimits& limits, GjkResul
   }
   NearestFeature simplex(w, id);
   bool inside = false;
+  Point best = v;  // the direction of `lower`
+  double best_length = length;
   if (!(lower > limits.beyond)) {
     v = w;
     upper = length = std::sqrt(v.dot(v));
     for (int step = 0; step < most_steps && upper > limits.within && length > limits.rounding; ++step) {
       id = difference.farthest_against(v, length, w);
       along = v.dot(w) / length;
-      lower = std::max(lower, along);
+      if (along > lower) lower = along, best = v, best_length = length;
       if (lower > limits.beyond || upper - lower <= limits.tolerance * std::min(upper, limits.size) + limits.rounding ||
           simplex.knows(id))
         break;
@@ -208,6 +210,8 @@ void descend(const MinkowskiDifference& d, const DescentLimits& limits, GjkResul
       }
       upper = length;
     }
+    // A point this near the origin has no direction; the one that separates most has.
+    if (length <= limits.rounding) v = Point{}.plus(length / best_length, best), along = lower;
   }
   r.v = v.vec();
   r.lower = lower, r.along = along, r.upper = inside ? 0 : upper;

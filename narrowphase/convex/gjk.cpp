@@ -78,10 +78,11 @@ void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, Gj
   r.upper = infinity;
   r.lower = -r.upper;
   double length = v.norm();
+  Vec3 best = v / length;  // the direction of r.lower
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const MinkowskiPoint p = d.support(-v);
     r.along = v.dot(p.w) / length;
-    r.lower = std::max(r.lower, r.along);
+    if (r.along > r.lower) r.lower = r.along, best = v / length;
     if (r.lower > limits.beyond ||
         (s.count > 0 && r.upper - r.lower <= limits.tolerance * std::min(r.upper, limits.size) + limits.rounding))
       break;
@@ -105,7 +106,11 @@ void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, Gj
     keep_nearest(s, n);
     length = v.norm();
     r.upper = length;
-    if (r.upper <= limits.within || length <= limits.rounding) break;
+    if (length <= limits.rounding) {  // no direction
+      v = length * best, r.along = r.lower;
+      return;
+    }
+    if (r.upper <= limits.within) break;
   }
 }
 

@@ -232,7 +232,24 @@ double farthest(const SweptBody& other, const ScrewPath& path, const ScrewPath& 
   return (path.at(0).translation - own.at(0).translation).norm() + path.length(0) + own.length(0) + reach;
 }
 
+/// The largest distance of a bounded shape's points from its origin.
+double reach(const Shape& shape, const WorkLimit* limit) {
+  if (!shape.is_bounded()) return 0;
+  const Bounds box = quick_bounds(shape, Pose{}, limit);
+  return ((box.lo + box.hi) / 2).norm() + ((box.hi - box.lo) / 2).norm();
+}
+
+double share_on_path(const Shape& shape, const ScrewPath& path, const WorkLimit* limit) {
+  return touch_share(shape) + tolerance::motion_touch * path.length(reach(shape, limit));
+}
+
 }  // namespace
+
+double touch_share(const Shape& shape) { return tolerance::touch * (shape.size() + shape.rounding()); }
+
+double touch_share(const Shape& shape, const Motion& motion, const WorkLimit* limit) {
+  return share_on_path(shape, ScrewPath(motion), limit);
+}
 
 std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Motion& motion_a, const Shape& b,
                                                       const Motion& motion_b) const {
@@ -250,11 +267,7 @@ std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Moti
   };
   if (!a.is_bounded()) limit(body_a, farthest(body_b, path_b, path_a));
   if (!b.is_bounded()) limit(body_b, farthest(body_a, path_a, path_b));
-  const auto reach = [](const SweptBody& body) { return body.mid.norm() + body.half.norm(); };
-  const double path =
-      path_a.length(a.is_bounded() ? reach(body_a) : 0) + path_b.length(b.is_bounded() ? reach(body_b) : 0);
-  const double gap_of_touch =
-      tolerance::touch * (a.size() + b.size() + a.rounding() + b.rounding()) + tolerance::motion_touch * path;
+  const double gap_of_touch = share_on_path(a, path_a, options_.limit) + share_on_path(b, path_b, options_.limit);
   const FirstTouch first =
       ScrewSweep(body_a, path_a, a.rounding(), body_b, path_b, b.rounding(), gap_of_touch, options_.limit).first();
   if (first.t == never) return std::nullopt;

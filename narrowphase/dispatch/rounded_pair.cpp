@@ -113,6 +113,20 @@ class RoundedPair {
     answer.error_bound = std::max(-answer.signed_distance - certain, slack_);
   }
 
+  /// True if the answer's translation separates, and that of each other contact as deep: any may be taken for the
+  /// deepest.
+  bool deepest_separate(const PairAnswer& answer, std::span<const Contact> found) const {
+    const double depth = -answer.signed_distance;
+    const Vec3* known = &answer.normal;
+    if (!separates((depth + slack_) * *known)) return false;
+    for (const Contact& c : found) {
+      if (c.depth < depth - slack_ || c.normal == *known) continue;
+      if (!separates((depth + slack_) * c.normal)) return false;
+      known = &c.normal;
+    }
+    return true;
+  }
+
   /// Bounds the error of the deepest contact's depth. If a contact as deep as the separating translation does not
   /// separate, it is replaced by that.
   void compare_with_distance(PairAnswer& answer, std::size_t first, std::vector<Contact>& contacts) const {
@@ -123,7 +137,7 @@ class RoundedPair {
     }
     const PairAnswer out = distance(nullptr);
     const double depth = -answer.signed_distance, upper = -out.signed_distance, lower = upper - out.error_bound;
-    const bool is_free = separates((depth + slack_) * answer.normal);
+    const bool is_free = deepest_separate(answer, std::span(contacts).subspan(first));
     if (!is_free && depth >= upper - slack_) {
       const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
       contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth >= upper - slack_; }),

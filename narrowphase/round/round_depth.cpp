@@ -42,6 +42,13 @@ Vec3 axis_of_revolution(const RoundBody& body) {
   return Vec3::Zero();
 }
 
+/// The direction in which a point of the other summand leaves the ellipsoid first.
+Vec3 way_out(const RoundBody& ellipsoid, const Vec3& point) {
+  const auto& radii = ellipsoid.view().param;
+  const Vec3 at = -(ellipsoid.axes().transpose() * (ellipsoid.centre() + point));
+  return (ellipsoid.axes() * ellipsoid_normal({radii[0], radii[1], radii[2]}, at)).normalized();
+}
+
 class Search {
  public:
   /// From a minimum of h, or from any direction, from which no descent is made if another one is better.
@@ -63,6 +70,7 @@ class Search {
   double search_meridian();
   bool search_ellipsoid();
   double expand();
+  double point_depth() const;
   bool is_known(const Vec3& n, const Vec3& w) const;
 
   const RoundPair& pair_;
@@ -158,10 +166,26 @@ bool Search::is_known(const Vec3& n, const Vec3& w) const {
   return false;
 }
 
+/// A lower bound on h: how deep the other body's point of the best minimum lies in an ellipsoid.
+double Search::point_depth() const {
+  double least = 0;
+  for (int which = 0; which < 2; ++which) {
+    const RoundBody& body = pair_.body[which];
+    if (body.kind() != ShapeKind::ellipsoid) continue;
+    const Vec3 &point = m_.best.point[1 - which], n = way_out(body, point);
+    least = std::max(least, n.dot(body.support(n) + point));
+  }
+  return least;
+}
+
 /// Expands a polytope within A - B until no face is nearer than the best minimum; returns the remaining uncertainty.
+/// Faces over small holes are set aside: a descent finds the minimum there. Bodies with corners may have several: where
+/// no point proves that none is lower, those faces are taken back, and the polytope grows there, too.
 double Search::expand() {
-  constexpr double narrow = 0.02;  // radians: so small a hole contains one minimum
+  constexpr double narrow = 0.02;  // radians
   constexpr int a_face = 64;       // units of work, with a descent
+  const double accepted = tolerance::ends_on_round * pair_.scale;
+  bool proving = false;
   SupportPolytope polytope(pair_, m_.rounding);
   WorkMeter meter(pair_.difference.limit);
   meter.spend(a_face);
@@ -170,7 +194,13 @@ double Search::expand() {
     meter.spend(a_face);
     const int nearest = polytope.nearest();
     const double offset = polytope.offset(nearest);
-    if (offset >= m_.best.h - m_.rounding) return 0;
+    if (offset >= m_.best.h - (proving ? accepted : m_.rounding)) {
+      if (proving) return std::max(0.0, m_.best.h - offset);
+      if (!polytope.has_aside() || point_depth() >= m_.best.h - m_.rounding) return 0;
+      proving = true;
+      polytope.take_back();
+      continue;
+    }
     const double margin = offset > 0 ? polytope.foot_margin(nearest) : 0;
     if (margin < 0) {  // its neighbour there is nearer the origin
       polytope.leave(nearest);
@@ -187,12 +217,15 @@ double Search::expand() {
       polytope.leave(nearest);
       continue;
     }
-    if (offset > 0 && m_.best.h - offset < narrow * margin) {
+    if (!proving && offset > 0 && m_.best.h - offset < narrow * margin) {
       if (!is_known(n, w)) m_.try_from(n);
-      polytope.leave(nearest);
+      polytope.set_aside(nearest);
       continue;
     }
-    if (!polytope.add(nearest, w)) return m_.best.h - offset;
+    if (!polytope.add(nearest, w)) {
+      polytope.take_back();
+      return m_.best.h - polytope.offset(polytope.nearest());
+    }
   }
 }
 
@@ -288,9 +321,7 @@ bool Search::search_ellipsoid() {
   const RoundBody &a = pair_.body[0], &b = pair_.body[1];
   if (is_point(a) || is_point(b)) {
     const RoundBody &body = a.kind() == ShapeKind::ellipsoid ? a : b, &point = &body == &a ? b : a;
-    const Vec3 radii{body.view().param[0], body.view().param[1], body.view().param[2]};
-    const Vec3 n = ellipsoid_normal(radii, -(body.axes().transpose() * (body.centre() + point.support(m_.best.n))));
-    m_.try_from((body.axes() * n).normalized());
+    m_.try_from(way_out(body, point.support(m_.best.n)));
     return true;
   }
   const auto smooth = [](const RoundBody& body) {

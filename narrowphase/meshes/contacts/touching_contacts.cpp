@@ -9,6 +9,7 @@
 #include "manifold/patch_collector.h"
 #include "meshes/contacts/mesh_contacts.h"
 #include "meshes/contacts/posed_meshes.h"
+#include "meshes/traversal/point_in_mesh.h"
 #include "pairs/convex_pair.h"
 #include "shapes/lent_memory.h"
 #include "shapes/support.h"
@@ -46,7 +47,7 @@ class Touching {
     if (!separable_) take_direction_of_hulls();
     const double size = (m_.a.half + m_.b.half).norm();
     const std::size_t first = contacts.size();
-    if (faces_.empty()) contacts.push_back({middle(), n_, depth_, 0});
+    if (faces_.empty()) contacts.push_back({place_in_both(), n_, depth_, 0});
     for (std::size_t k = 0; k < pairs_.size(); ++k) {
       meter_.spend();
       const double depth = overlap(faces_[k], n_);
@@ -169,6 +170,29 @@ class Touching {
                           (m_.a.centre + m_.a.half).cwiseMin(centre_b + half_b));
     const Reach r = reach_of_hulls(n_);
     return p + n_ * (0.5 * (r.high + r.low) - n_.dot(p));
+  }
+
+  bool holds(bool of_a, const Vec3& p) const {
+    const Pose pose = of_a ? Pose{} : Pose{m_.frame.map(), m_.frame.shift()};
+    return m_.mesh(of_a).solid && is_inside(m_.mesh(of_a), pose, p, Pose{}, m_.limit);
+  }
+
+  // Of one inside the other: the middle where it lies in both, else the vertex nearest to it of a component inside: a
+  // surface, or a solid about a hole, need not be near the middle of its box, and components may lie far apart.
+  Vec3 place_in_both() {
+    constexpr int of_test = 16;
+    const Vec3 p = middle();
+    if (holds(true, p) && holds(false, p)) return p;
+    Vec3 nearest = p;
+    double least = std::numeric_limits<double>::infinity();
+    for (const bool of_a : {true, false})
+      for (const MeshModel::Component& component : m_.mesh(of_a).components(m_.limit)) {
+        meter_.spend(of_test);
+        if (!holds(!of_a, m_.vertex(of_a, component[0]))) continue;
+        for (const std::uint32_t v : component)
+          if (const double far = (m_.vertex(of_a, v) - p).norm(); far < least) least = far, nearest = m_.vertex(of_a, v);
+      }
+    return nearest;
   }
 
   void find_separating_direction() {
