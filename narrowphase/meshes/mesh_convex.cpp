@@ -296,8 +296,9 @@ PairAnswer solve_mesh_convex(const Posed& mesh, const Posed& convex, Request req
   NarrowPhaseOptions of_triangles = for_triangles(options);
   const WorkLimit* const limit = options.limit;
   if (model.convex(limit) && (model.hull(limit).vertices.size() <= small_hull || request == Request::contacts))
-    return solve_convex(view_hull(mesh.shape, limit), mesh.pose, view(convex.shape), convex.pose, request, of_triangles,
-                        contacts);
+    return solve_convex(view_hull(mesh.shape, limit), mesh.pose,
+                        convex.shape.is_convex() ? view(convex.shape) : view_hull(convex.shape, limit), convex.pose,
+                        request, of_triangles, contacts);
   // Triangles of two faces that touch to rounding are all included.
   of_triangles.margin += tolerance::alike * (mesh.shape.size() + convex.shape.size());
   // Relative to the mesh's translation: far from the origin, poses that are tried would be rounded.

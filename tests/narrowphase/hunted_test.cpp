@@ -1086,3 +1086,34 @@ TEST_CASE("hunted: a triangle that lies on a floor has one patch, whichever side
   }
   CHECK(touching > 100);
 }
+
+TEST_CASE("hunted: two convex solids that lie flush touch where both are, wherever their frames have their origins") {
+  const NarrowPhase solver;
+  Random r(29);
+  int touching = 0;
+  for (int i = 0; i < 300; ++i) {
+    Vec3 size_a, size_b, at;
+    for (Vec3* v : {&size_a, &size_b, &at})
+      for (double& x : *v) x = 0.1 * (v == &at ? r.below(2) : 2 + r.below(4));
+    at[0] = size_a[0];
+    // A has its origin in the middle of B.
+    const Vec3 origin = at + size_b / 2;
+    Mesh a = box_mesh(size_a), b = box_mesh(size_b);
+    for (Vec3& v : a.vertices) v += size_a / 2 - origin;
+    for (Vec3& v : b.vertices) v += size_b / 2;
+    a.solid = b.solid = true;
+    const Pose turned{r.rotation(), r.vec(-5, 5)};
+    std::vector<Contact> contacts;
+    solver.solve(Shape(a), {turned.rotation, turned * origin}, Shape(b), {turned.rotation, turned * at},
+                 Request::contacts, &contacts);
+    touching += contacts.empty() ? 0 : 1;
+    CAPTURE(i);
+    for (const Contact& c : contacts) {
+      const Vec3 place = turned.rotation.transpose() * (c.point - turned.translation);
+      CHECK(std::abs(c.depth) < 1e-12);
+      CHECK((at.cwiseMax(Vec3::Zero()) - place).maxCoeff() < 1e-9);
+      CHECK((place - size_a.cwiseMin(at + size_b)).maxCoeff() < 1e-9);
+    }
+  }
+  CHECK(touching > 50);
+}
