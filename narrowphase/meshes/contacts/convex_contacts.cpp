@@ -7,7 +7,9 @@
 
 #include "closed_forms/closed_forms.h"
 #include "closed_forms/surface_distance.h"
+#include "manifold/feature_overlap.h"
 #include "manifold/flat_feature.h"
+#include "manifold/manifold.h"
 #include "meshes/contacts/normal_cone.h"
 #include "shapes/lent_memory.h"
 #include "shapes/mesh_model.h"
@@ -43,7 +45,7 @@ bool ConvexContacts::depth_is_along(const Vec3& n, const Corners& p, const Vec3&
     const Vec3 edge = p[(i + 1) % 3] - p[i];
     const double beside = turn * n.cross(edge).dot(deepest - p[i]), length2 = edge.squaredNorm();
     if (!(beside > 0)) return false;
-    if (w > 0 && !(beside * beside > 16 * w * w * length2)) return false;
+    if (w > 0 && !(beside * beside > w * w * length2)) return false;
     rho2 = std::min(rho2, beside * beside / length2);
   }
   if (!(w > 0)) return true;
@@ -143,8 +145,8 @@ bool ConvexContacts::depth_by_corner(const Corners& p, TriangleBound& bound, Cor
   return false;
 }
 
-// The translation along n (unit) that takes all of a triangle out, where it is not longer than a point of the triangle is
-// deep: then no other is shorter.
+// The translation along n (unit) that takes all of a triangle out, where it is not longer than a point of the triangle
+// is deep: then no other is shorter.
 bool ConvexContacts::is_depth_along(const Corners& p, const Vec3& n, const TriangleBound& point, PairAnswer& r) const {
   const double depth = -pair_.support_plane(n).beyond(p);
   if (!point.overlaps || !(depth <= point.depth + pair_.slack())) return false;
@@ -353,17 +355,31 @@ void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& p
   append_over(p, n, low, depth, found);
 }
 
-// Those along n (unit), against which the convex shape reaches to `low`, `depth` below the triangle's plane.
+// Those along n (unit), against which the convex shape reaches to `low`, `depth` below the triangle's plane: what it
+// shows there, clipped by the sides of the triangle.
 void ConvexContacts::append_over(const Corners& p, const Vec3& n, const Vec3& low, double depth,
                                  std::vector<Contact>& found) const {
-  const std::size_t first = found.size();
-  const LocalAnswer along{-depth, low + depth * n, low, n, 0};
-  pair_.append_patch(p, along, found);
-  if (!is_beyond_side(p, n, along.point_a, 2 * tolerance::in_plane * pair_.size()) &&
-      point_distance(TriangleView(p), along.point_a).signed_distance <= tolerance::in_plane * pair_.size())
-    return;
-  const auto is_made_up = [](const Contact& c) { return c.feature == 0xffffffffu; };
-  found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(), is_made_up), found.end());
+  const TriangleView triangle(p);
+  const ConvexView &own = triangle, &convex = pair_.convex();
+  const double slack = tolerance::alike * (own.size + convex.size);
+  PatchPoint points[max_patch];
+  int count = 0;
+  if (own.vertices.size() == 3 && convex.kind != ShapeKind::sphere && convex.kind != ShapeKind::ellipsoid) {
+    FlatFeature shown = best_face(convex, -(pair_.turn().transpose() * n));
+    move(shown, {pair_.turn(), Vec3::Zero()});
+    FlatFeature face;
+    face.id = n.dot(area_vector(p)) >= 0 ? 0 : 1;
+    for (std::size_t i = 0; i < 3; ++i) face.add(p[face.id == 0 ? i : 2 - i]);
+    face.normal = n;
+    count = clip_over_triangle(face, shown, pair_.options().margin, depth, slack, points);
+  }
+  const bool reaches = count > 0 && stands_for(points, count, depth, slack);
+  for (int i = 0; i < count; ++i) found.push_back({points[i].at, n, points[i].depth, points[i].feature});
+  if (reaches) return;
+  const Vec3 foot = low + depth * n;
+  if (!is_beyond_side(p, n, foot, 2 * tolerance::in_plane * pair_.size()) &&
+      point_distance(triangle, foot).signed_distance <= tolerance::in_plane * pair_.size())
+    found.push_back({0.5 * (foot + low), n, depth, witness_point});
 }
 
 PairAnswer ConvexContacts::least_depth(const Corners& p) const {
