@@ -20,6 +20,11 @@ constexpr double lowest_point_lacks = 0.25;
 int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const Vec3& outward, bool of_b, double margin,
                double deepest, double slack, PatchPoint* points);
 
+/// The same along a triangle's own normal. Where all of the triangle lies over a face, the points are those over its
+/// corners, without clipping; where it lies beside the face there are none.
+int clip_over_triangle(const FlatFeature& triangle, const FlatFeature& incident, double margin, double deepest,
+                       double slack, PatchPoint* points);
+
 /// The interval where two parallel edges run side by side. Each end has its own depth: an angle within `flush` opens a
 /// wider gap than that of a near contact.
 int overlap_edges(const FlatFeature& a, const FlatFeature& b, const LocalAnswer& answer, double margin, double size,

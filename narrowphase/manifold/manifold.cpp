@@ -12,6 +12,19 @@ void append_points(const PatchPoint* points, int count, const Pose& pose, const 
   for (int i = 0; i < count; ++i) contacts.push_back({pose * points[i].at, normal, points[i].depth, points[i].feature});
 }
 
+bool stands_for(PatchPoint* points, int count, double depth, double slack) {
+  double deepest = -infinity;
+  bool lowest = false;
+  for (int i = 0; i < count; ++i) {
+    deepest = std::max(deepest, points[i].depth);
+    lowest |= points[i].lowest;
+  }
+  if (!(deepest + (lowest ? lowest_point_lacks : 0.02) * slack >= depth)) return false;
+  for (int i = 0; i < count; ++i)
+    if (points[i].depth == deepest) points[i].depth = depth;
+  return true;
+}
+
 void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const LocalAnswer& answer,
                      double margin, const Pose& pose_a, std::vector<Contact>& contacts, bool whole) {
   if (answer.signed_distance > margin) return;
@@ -42,16 +55,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
         count = overlap_edges(fa, fb, answer, margin, a.size + b.size, points);
       }
     }
-    // Circles are clipped as polygons, and a slanting face may not contain the deepest point: it must not get lost.
-    double deepest = -infinity;
-    bool lowest = false;
-    for (int i = 0; i < count; ++i) {
-      deepest = std::max(deepest, points[i].depth);
-      lowest |= points[i].lowest;
-    }
-    if (count > 0 && deepest + (lowest ? lowest_point_lacks : 0.02) * slack >= -answer.signed_distance) {
-      for (int i = 0; i < count; ++i)
-        if (points[i].depth == deepest) points[i].depth = -answer.signed_distance;
+    if (count > 0 && stands_for(points, count, -answer.signed_distance, slack)) {
       if (!whole) count = span_patch(points, count, n, a.size + b.size);
       append_points(points, count, pose_a, pose_a.rotation * n, contacts);
       return;

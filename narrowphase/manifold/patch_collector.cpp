@@ -58,9 +58,15 @@ std::size_t WidestPoints::best(Score&& score) {
     if (i % at_once == 0 && meter_ != nullptr) meter_->spend(4);
   };
   most_ = score(p_[0]);
-  for (std::size_t i = 0; i < p_.size(); ++i) count(i), most_ = std::max(most_, score(p_[i]));
-  std::size_t winner = p_.size();
+  std::size_t first = 0;  // those before it are not equal to the best
   for (std::size_t i = 0; i < p_.size(); ++i) {
+    count(i);
+    const double own = score(p_[i]);
+    if (own > most_ + 2 * slack_) first = i;
+    most_ = std::max(most_, own);
+  }
+  std::size_t winner = p_.size();
+  for (std::size_t i = first; i < p_.size(); ++i) {
     count(i);
     if (score(p_[i]) >= most_ - slack_ &&
         (winner == p_.size() || tie_break_.dot(p_[i].point) > tie_break_.dot(p_[winner].point)))

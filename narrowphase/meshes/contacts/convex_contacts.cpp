@@ -7,7 +7,9 @@
 
 #include "closed_forms/closed_forms.h"
 #include "closed_forms/surface_distance.h"
+#include "manifold/feature_overlap.h"
 #include "manifold/flat_feature.h"
+#include "manifold/manifold.h"
 #include "meshes/contacts/normal_cone.h"
 #include "shapes/lent_memory.h"
 #include "shapes/mesh_model.h"
@@ -43,7 +45,7 @@ bool ConvexContacts::depth_is_along(const Vec3& n, const Corners& p, const Vec3&
     const Vec3 edge = p[(i + 1) % 3] - p[i];
     const double beside = turn * n.cross(edge).dot(deepest - p[i]), length2 = edge.squaredNorm();
     if (!(beside > 0)) return false;
-    if (w > 0 && !(beside * beside > 16 * w * w * length2)) return false;
+    if (w > 0 && !(beside * beside > w * w * length2)) return false;
     rho2 = std::min(rho2, beside * beside / length2);
   }
   if (!(w > 0)) return true;
@@ -125,22 +127,85 @@ bool ConvexContacts::needs_more(const Vec3& corner, std::span<const std::uint32_
 
 // Where the translation out of a corner is that of the triangle: the depth, as a solver would find it, well beyond
 // rounding. `bound` is that by a point of the triangle, and then the best by its corners, too.
-bool ConvexContacts::depth_by_corner(const Corners& p, TriangleBound& bound, PairAnswer& r) const {
-  if (!bound.known || bound.gap >= -tolerance::alike * pair_.size()) return false;
-  for (const Vec3& q : p) {
-    const TriangleBound own = pair_.bound(p, q);
+bool ConvexContacts::depth_by_corner(const Corners& p, TriangleBound& bound, CornerBounds& corners,
+                                     PairAnswer& r) const {
+  for (std::size_t k = 0; k < 3; ++k) {
+    TriangleBound& own = corners[k] = pair_.bound(p, p[k]);
     if (!own.overlaps) continue;
     if (own.is_depth) {
       r.collide = true;
       r.signed_distance = own.gap;
       r.normal = own.normal;
-      r.point_a = q;
-      r.point_b = q + own.gap * own.normal;
-      return own.gap < -tolerance::alike * pair_.size();
+      r.point_a = p[k];
+      r.point_b = p[k] + own.gap * own.normal;
+      return true;
     }
     if (own.gap > bound.gap || !bound.overlaps) bound = own;
   }
   return false;
+}
+
+// The translation along n (unit) that takes all of a triangle out, where it is not longer than a point of the triangle
+// is deep: then no other is shorter.
+bool ConvexContacts::is_depth_along(const Corners& p, const Vec3& n, const TriangleBound& point, PairAnswer& r) const {
+  const double depth = -pair_.support_plane(n).beyond(p);
+  if (!point.overlaps || !(depth <= point.depth + pair_.slack())) return false;
+  r.collide = true;
+  r.signed_distance = -depth;
+  r.normal = n;
+  r.point_a = point.point;
+  r.point_b = point.point - depth * n;
+  return true;
+}
+
+// Of a smooth shape, where the deepest of the triangle's points lies over its face, as the shape's point farthest below
+// does.
+bool ConvexContacts::depth_by_face(const Corners& p, const TrianglePlane& plane, PairAnswer& r) const {
+  const Vec3 n = plane.normal.dot(pair_.centre() - p[0]) < 0 ? Vec3(-plane.normal) : plane.normal;
+  const Vec3 low = pair_.support(-n), foot = low + n.dot(p[0] - low) * n;
+  return !is_beyond_side(p, n, foot, 0) && is_depth_along(p, n, pair_.bound(p, foot), r);
+}
+
+// Where it lies on an edge between points of which each is deeper towards the other: how deep a point lies is a concave
+// function, whose derivative along the edge is that of the normal. Its zero is found by secants (Illinois).
+bool ConvexContacts::depth_by_edge(const Corners& p, const CornerBounds& corners, PairAnswer& r) const {
+  constexpr int most_steps = 8;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Vec3 edge = p[(k + 1) % 3] - p[k], across = p[(k + 2) % 3] - p[k];
+    double from = 0, to = 1, rise = corners[k].normal.dot(edge), fall = corners[(k + 1) % 3].normal.dot(edge);
+    if (!(rise > 0 && fall < 0)) continue;
+    double before = 0;
+    for (int i = 0; i < most_steps; ++i) {
+      const double at = (rise * to - fall * from) / (rise - fall);
+      const TriangleBound own = pair_.bound(p, p[k] + at * edge);
+      const double slope = own.normal.dot(edge);
+      const Vec3 n = unit(own.normal - slope / edge.squaredNorm() * edge);
+      if (n.dot(across) > std::abs(slope)) break;  // deeper points lie inside
+      if (std::abs(slope) <= tolerance::descent_accuracy * edge.norm()) return is_depth_along(p, n, own, r);
+      if (slope > 0) {
+        if (before > 0) fall /= 2;
+        from = at, rise = slope;
+      } else {
+        if (before < 0) rise /= 2;
+        to = at, fall = slope;
+      }
+      before = slope;
+    }
+  }
+  return false;
+}
+
+// Proves a depth by a point of the triangle that is as deep, well beyond rounding.
+bool ConvexContacts::depth_by_point(const Corners& p, const TrianglePlane& plane, TriangleBound& bound,
+                                    PairAnswer& r) const {
+  const double sure = -tolerance::alike * pair_.size();
+  if (!bound.known || bound.gap >= sure) return false;
+  const ShapeKind kind = pair_.convex().kind;
+  const bool is_smooth = kind == ShapeKind::ellipsoid || kind == ShapeKind::capsule;
+  CornerBounds corners;
+  const bool is_known = depth_by_corner(p, bound, corners, r) ||
+                        (is_smooth && (depth_by_face(p, plane, r) || depth_by_edge(p, corners, r)));
+  return is_known && r.signed_distance < sure;
 }
 
 // Is the least depth of a triangle that overlaps found for sure along no normal at which its neighbours let it push?
@@ -223,7 +288,7 @@ ConvexContacts::Apart ConvexContacts::find_contacts(std::uint32_t t, const Corne
   if (!is_known) {
     TriangleBound bound = pair_.bound(p);
     if (bound.gap > margin + pair_.slack()) return {bound.gap, bound.normal};
-    is_known = plane.flat && depth_by_corner(p, bound, r);
+    is_known = plane.flat && depth_by_point(p, plane, bound, r);
     if (is_known && !pushes(t, p, plane, r, {})) {
       if (r.signed_distance < seen.near.signed_distance) seen.near = r;
       append_along_plane(p, plane, r.normal, seen, found);
@@ -290,17 +355,31 @@ void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& p
   append_over(p, n, low, depth, found);
 }
 
-// Those along n (unit), against which the convex shape reaches to `low`, `depth` below the triangle's plane.
+// Those along n (unit), against which the convex shape reaches to `low`, `depth` below the triangle's plane: what it
+// shows there, clipped by the sides of the triangle.
 void ConvexContacts::append_over(const Corners& p, const Vec3& n, const Vec3& low, double depth,
                                  std::vector<Contact>& found) const {
-  const std::size_t first = found.size();
-  const LocalAnswer along{-depth, low + depth * n, low, n, 0};
-  pair_.append_patch(p, along, found);
-  if (!is_beyond_side(p, n, along.point_a, 2 * tolerance::in_plane * pair_.size()) &&
-      point_distance(TriangleView(p), along.point_a).signed_distance <= tolerance::in_plane * pair_.size())
-    return;
-  const auto is_made_up = [](const Contact& c) { return c.feature == 0xffffffffu; };
-  found.erase(std::remove_if(found.begin() + static_cast<std::ptrdiff_t>(first), found.end(), is_made_up), found.end());
+  const TriangleView triangle(p);
+  const ConvexView &own = triangle, &convex = pair_.convex();
+  const double slack = tolerance::alike * (own.size + convex.size);
+  PatchPoint points[max_patch];
+  int count = 0;
+  if (own.vertices.size() == 3 && convex.kind != ShapeKind::sphere && convex.kind != ShapeKind::ellipsoid) {
+    FlatFeature shown = best_face(convex, -(pair_.turn().transpose() * n));
+    move(shown, {pair_.turn(), Vec3::Zero()});
+    FlatFeature face;
+    face.id = n.dot(area_vector(p)) >= 0 ? 0 : 1;
+    for (std::size_t i = 0; i < 3; ++i) face.add(p[face.id == 0 ? i : 2 - i]);
+    face.normal = n;
+    count = clip_over_triangle(face, shown, pair_.options().margin, depth, slack, points);
+  }
+  const bool reaches = count > 0 && stands_for(points, count, depth, slack);
+  for (int i = 0; i < count; ++i) found.push_back({points[i].at, n, points[i].depth, points[i].feature});
+  if (reaches) return;
+  const Vec3 foot = low + depth * n;
+  if (!is_beyond_side(p, n, foot, 2 * tolerance::in_plane * pair_.size()) &&
+      point_distance(triangle, foot).signed_distance <= tolerance::in_plane * pair_.size())
+    found.push_back({0.5 * (foot + low), n, depth, witness_point});
 }
 
 PairAnswer ConvexContacts::least_depth(const Corners& p) const {
@@ -309,7 +388,7 @@ PairAnswer ConvexContacts::least_depth(const Corners& p) const {
   const TrianglePlane plane = pair_.plane_of(p);
   if (plane.flat && depth_along_plane(p, plane, along_plane, r)) return r;
   TriangleBound bound = pair_.bound(p);
-  if (plane.flat && depth_by_corner(p, bound, r)) return r;
+  if (plane.flat && depth_by_point(p, plane, bound, r)) return r;
   return pair_.solve(p, pair_.convex().kind == ShapeKind::sphere ? Request::contacts : Request::distance);
 }
 

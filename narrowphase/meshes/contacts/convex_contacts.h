@@ -79,7 +79,12 @@ class ConvexContacts {
   PairAnswer least_depth(const Corners& p) const;
   void find_deepest(Seen& seen) const;
   bool depth_along_plane(const Corners& p, const TrianglePlane& plane, double& depth, PairAnswer& r) const;
-  bool depth_by_corner(const Corners& p, TriangleBound& bound, PairAnswer& r) const;
+  using CornerBounds = std::array<TriangleBound, 3>;
+  bool depth_by_corner(const Corners& p, TriangleBound& bound, CornerBounds& corners, PairAnswer& r) const;
+  bool depth_by_edge(const Corners& p, const CornerBounds& corners, PairAnswer& r) const;
+  bool depth_by_face(const Corners& p, const TrianglePlane& plane, PairAnswer& r) const;
+  bool depth_by_point(const Corners& p, const TrianglePlane& plane, TriangleBound& bound, PairAnswer& r) const;
+  bool is_depth_along(const Corners& p, const Vec3& n, const TriangleBound& point, PairAnswer& r) const;
   /// How deep it must be along a direction for that not to be the least; `bound` tells what suffices.
   double enough_for(const TriangleBound& bound) const { return -bound.gap + tolerance::flush * pair_.size(); }
   bool chord_forbids(std::uint32_t t, const Vec3& normal, const TriangleBound& bound) const;
