@@ -113,7 +113,8 @@ Separation best_separation(const BoxAxes& x) {
   for (unsigned hopeful = x.hopeful; hopeful != 0; hopeful &= hopeful - 1) {
     const int k = std::countr_zero(hopeful), i = k / 3, j = k % 3;
     const double length2 = edge_length2(x, i, j), now = best.distance, numerator = x.edge[i][j];
-    if (length2 > tolerance::slow_edges2 && numerator * std::abs(numerator) <= now * std::abs(now) * length2) continue;
+    if (length2 > tolerance::slow_edges2 && numerator * std::abs(numerator) <= now * std::abs(now) * length2)
+      continue;
     const double s = along_edge(x, i, j);
     if (s > now + least) best = {s, 6 + k}, least = 0;
   }
@@ -293,7 +294,7 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
     direction /= upper;
   } else {
     const Boxes boxes(a, b, x);
-    const GjkResult r = gjk(boxes.difference, tolerance::axis_rounding, std::numeric_limits<double>::infinity(), 0);
+    const GjkResult r = gjk(boxes.difference, tolerance::axis_rounding);
     upper = r.upper;
     direction = -unit(r.v, upper);
     set_points(r.simplex, local);
