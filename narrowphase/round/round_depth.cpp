@@ -218,9 +218,6 @@ double Search::search_meridian() {
   return std::exchange(m_.gap, known);
 }
 
-/// A large hull looks at its limit from the start.
-int unchecked_edges(const Hull& hull) { return hull.edges.size() > few_edges ? 0 : few_edges; }
-
 /// Descends from the normals of a hull's faces with smaller supports: those of a flat hull lie so close together that a
 /// descent from a polytope's face finds only one of their minima.
 void Search::try_faces(int which) {
