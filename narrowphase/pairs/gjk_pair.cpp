@@ -133,7 +133,7 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
     set_points(r.simplex, answer);
   }
   // The difference of polytopes that hardly touch is noise, and so may its direction be.
-  const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < tolerance::hardly_touching * scale);
+  const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < tolerance::near_surface * scale);
   if (touching && separation_along(d, answer.normal) < core.distance - 16 * epsilon * scale) {
     core.doubtful = true;
   } else if (!apart && (e.point_a - e.point_b - e.upper * e.normal).squaredNorm() >

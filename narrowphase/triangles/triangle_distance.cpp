@@ -36,7 +36,7 @@ struct TriangleSides {
     int i = 2;
     Vec3 n = edge[0].cross(edge[1]);
     double n2 = n.squaredNorm();
-    if (!(n2 > tolerance::wide_corner2 * length2[0] * length2[1])) {
+    if (!(n2 > tolerance::clearly_crossing2 * length2[0] * length2[1])) {
       // The two shorter sides give the most exact normal.
       i = length2[0] > length2[1] ? 0 : 1;
       if (length2[2] > length2[i]) i = 2;
@@ -314,7 +314,7 @@ void take_products(const A& a, const TriangleSides& b, const EdgeProducts& produ
     double e2f2;
     const Vec3 n = product(k / 4, k % 4, e2f2);
     const double length2 = n.squaredNorm();
-    if (!(length2 > tolerance::parallel_sides2 * e2f2)) continue;
+    if (!(length2 > tolerance::parallel_edges2 * e2f2)) continue;
     const double distance = gap_along(a, b, n / std::sqrt(length2)).distance;
     axis.doubtful = std::max(axis.doubtful, distance + 16 * epsilon * reach * std::sqrt(e2f2 / length2));
   }
