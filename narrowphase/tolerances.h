@@ -173,13 +173,8 @@ inline constexpr double orthonormal = 1e-14;
 
 // ---- Directions that count as parallel: sines
 
-/// Edges of boxes and segments along them: the rounding of the entries of rotations, 4.5 epsilon. Less: an axis that is
-/// noise. More: boxes rotated by a tiny angle lack an axis that separates. This value and the next three, all for edges
-/// whose cross product is noise, might be one: an open question.
-inline constexpr double parallel_axes2 = squared(1e-15);
-/// Sides of triangles: below it a face of the Minkowski difference is narrower than the rounding of the corners.
-inline constexpr double parallel_sides2 = squared(1e-13);
-/// Edges of polytopes or of their Minkowski difference; below it a triangle has no normal, and a tetrahedron is flat.
+/// Edges of polytopes or of their Minkowski difference: 45 epsilon. Less: a cross product that is noise, as the normal
+/// of a triangle or an axis of separation. More: boxes rotated by a tiny angle lack an axis that separates.
 inline constexpr double parallel_edges2 = squared(1e-14);
 /// Segments, axes and circles, whose crossing point divides by it. Less: the crossing of two that are parallel to
 /// rounding lies anywhere. More: lines that cross at 1e-11 count as parallel, with an error of that part of their
@@ -381,9 +376,6 @@ inline constexpr double near_surface = 1e-7;
 /// length (at 1e-6 some 1e-12). Less: depths of needles off by that, and different ones with a warm start. More: more
 /// depths are searched twice.
 inline constexpr double thin_overlap = 1e-4;
-/// The depth, relative to the scale, below which two polytopes hardly touch and the vector between them is noise
-/// (`near_surface` is the same idea: two values).
-inline constexpr double hardly_touching = 1e-9;
 /// The distance to the deepest corner, relative to the scale, up to which the features of corners are searched for a
 /// normal.
 inline constexpr double near_features = 1e-6;
@@ -440,18 +432,11 @@ inline constexpr double end_of_motion = 1e-12;
 
 // ---- Where one method hands over to another: shares and sines of some thousandths
 
-/// The squared sine of the angle of two edges of boxes below which the short formula of their axis loses digits, more
-/// so where the rotation is not orthonormal: then the axis is projected in full. Less: separations off by 1e-14 of the
-/// size. More costs only time.
-inline constexpr double slow_edges2 = 1e-2;
-/// The squared sine from which two segments, or circles of directions, clearly cross and a formula without cases
-/// applies. Less: it loses digits. More: the formula with cases is used more often.
+/// The squared sine of the angle of two directions from which formulas with their cross product lose no more than a
+/// digit: the normal of two edges, lines, tangents or sides of a triangle, the crossing of two segments or circles of
+/// directions. Below, longer formulas take over. Less: digits are lost. More costs only time, but for two lines that
+/// nearly touch, whose normal then is the noisy difference of their points.
 inline constexpr double clearly_crossing2 = 1e-2;
-/// The squared sine from which the cross product of two lines, or of tangents of circles, is the normal; below, the
-/// difference of the points is. Less: noise of the product. More: noise of the difference, where they nearly touch.
-inline constexpr double square_lines2 = 1e-2;
-/// The squared sine of a triangle's corner from which its two sides give its normal; below, the two shorter ones do.
-inline constexpr double wide_corner2 = 1e-2;
 /// The distance of two boxes along the line of their nearest points, relative to the size, up to which their axes are
 /// tested, too: where points nearly touch, their direction is noise. Less: normals of touching boxes from noise. More
 /// costs time.

@@ -33,7 +33,7 @@ Vec3 edge_axis(const BoxAxes& x, int i, int j) {
 
 /// The separation along an edge axis, by projecting both boxes; never more than the signed distance, to rounding.
 double along_edge(const BoxAxes& x, int i, int j) {
-  if (!(edge_length2(x, i, j) > tolerance::parallel_axes2)) return -std::numeric_limits<double>::infinity();
+  if (!(edge_length2(x, i, j) > tolerance::parallel_edges2)) return -std::numeric_limits<double>::infinity();
   const Vec3 n = edge_axis(x, i, j);
   const int i1 = next_of_three[i], i2 = last_of_three[i];
   double s = std::abs(n[i1] * x.t[i1] + n[i2] * x.t[i2]) - (x.a[i1] * std::abs(n[i1]) + x.a[i2] * std::abs(n[i2]));
@@ -113,7 +113,8 @@ Separation best_separation(const BoxAxes& x) {
   for (unsigned hopeful = x.hopeful; hopeful != 0; hopeful &= hopeful - 1) {
     const int k = std::countr_zero(hopeful), i = k / 3, j = k % 3;
     const double length2 = edge_length2(x, i, j), now = best.distance, numerator = x.edge[i][j];
-    if (length2 > tolerance::slow_edges2 && numerator * std::abs(numerator) <= now * std::abs(now) * length2) continue;
+    if (length2 > tolerance::clearly_crossing2 && numerator * std::abs(numerator) <= now * std::abs(now) * length2)
+      continue;
     const double s = along_edge(x, i, j);
     if (s > now + least) best = {s, 6 + k}, least = 0;
   }
@@ -293,7 +294,7 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
     direction /= upper;
   } else {
     const Boxes boxes(a, b, x);
-    const GjkResult r = gjk(boxes.difference, tolerance::axis_rounding, std::numeric_limits<double>::infinity(), 0);
+    const GjkResult r = gjk(boxes.difference, tolerance::axis_rounding);
     upper = r.upper;
     direction = -unit(r.v, upper);
     set_points(r.simplex, local);

@@ -42,7 +42,7 @@ struct Lanes {
   }
   /// True if an edge axis, by its short formula, is no better than the best axis so far.
   HWY_INLINE M is_worse(V numerator, V length2) const {
-    return hn::And(hn::Gt(length2, number(tolerance::slow_edges2)),
+    return hn::And(hn::Gt(length2, number(tolerance::clearly_crossing2)),
                    hn::Le(hn::Mul(numerator, hn::Abs(numerator)), hn::Mul(hn::Mul(best, hn::Abs(best)), length2)));
   }
   HWY_INLINE void find_axis(double margin);
@@ -126,7 +126,7 @@ HWY_INLINE void Lanes::screen_edges(double margin, V* numerators, M* may_win) co
           hn::And(near, hn::Or(hn::Gt(numerator, hopeless), hn::Gt(q[3 * j + i], number(nearly_parallel))));
       const V length2 = hn::Add(hn::Mul(y, y), hn::Mul(z, z));
       may_win[3 * i + j] = hn::And(hn::AndNot(is_worse(numerator, length2), hopeful),
-                                   hn::Gt(length2, number(tolerance::parallel_axes2)));
+                                   hn::Gt(length2, number(tolerance::parallel_edges2)));
       numerators[3 * i + j] = numerator;
     }
   }

@@ -40,7 +40,7 @@ struct Carrier {
 void append_patch(PatchPoint* points, int count, const Carrier& face, double signed_distance, double size,
                   const Pose& pose, const Vec3& world_normal, std::vector<Contact>& contacts) {
   if (face.tilted) {
-    // The crossing of the two edges must be among the points; the deepest one stands for it.
+    // The crossing of the two edges must be among the points; the deepest one represents it.
     int deepest = 0;
     for (int i = 1; i < count; ++i)
       if (points[i].depth > points[deepest].depth) deepest = i;
@@ -213,7 +213,7 @@ class FaceClip {
       const double x = (u * e2_.w - w * e2_.u) / det, y = (e1_.u * w - e1_.w * u) / det;
       if (std::abs(x) > 1 + near1 || std::abs(y) > 1 + near2) continue;
       ++covered;
-      if (std::abs(x) >= 1 - near1 && std::abs(y) >= 1 - near2) continue;  // the incident corner stands for it
+      if (std::abs(x) >= 1 - near1 && std::abs(y) >= 1 - near2) continue;  // the incident corner represents it
       PlanePoint p = centre_ + (x * e1_ + y * e2_);
       p.u = side_u[i] * au_;
       p.w = side_w[i] * aw_;
@@ -224,7 +224,7 @@ class FaceClip {
 
   void add_crossings(const PlanePoint* corner) {
     // Lines 0, 1: u = au, -au; 2, 3: w = aw, -aw. A crossing counts only well between the ends of an edge; near an end,
-    // the corner stands for it.
+    // the corner represents it.
     double before[4][4];
     unsigned crossed = 0;
     for (int line = 0; line < 4; ++line) {
@@ -336,7 +336,7 @@ void append_halfspace_box(const HalfSize& half, const Pose& pose, const Vec3& wo
     point.feature = face | static_cast<std::uint32_t>(i);
   }
   if (count > 2 && std::min(size(u), size(w)) > 4 * thin * std::max(size(u), size(w)))
-    stand_for_deepest(points, count, slack);  // a half-space's patch has all corners of the face
+    share_greatest_depth(points, count, slack);  // a half-space's patch has all corners of the face
   else
     count = span_patch(points, count, slope, diagonal);
   append_points(points, count, pose, world_normal, contacts);

@@ -79,7 +79,7 @@ SlabAxis best_axis(const Vec3& half, const Vec3& centre, const Vec3& along, doub
   for (int i = 0; i < 3; ++i) {
     const int u = (i + 1) % 3, w = (i + 2) % 3;
     const double length2 = along[u] * along[u] + along[w] * along[w];
-    if (!(length2 > tolerance::parallel_axes2)) continue;
+    if (!(length2 > tolerance::parallel_edges2)) continue;
     const double length = std::sqrt(length2), nu = -along[w] / length, nw = along[u] / length;
     const double s = std::abs(nu * centre[u] + nw * centre[w]) - half[u] * std::abs(nu) - half[w] * std::abs(nw);
     if (s > best.separation + least) {

@@ -238,22 +238,22 @@ class FaceSearch {
   bool follow(const Side& side, const Side& other, const FaceArc& arc, std::uint32_t first, std::uint32_t last) {
     const Vec3 mid = side.normal(arc.face[0]) + side.normal(arc.face[1]);
     const Vec3 corner = side.vertex(arc.v[0]), edge = side.edge(arc.v[0], arc.v[1]);
-    struct Part {
+    struct Interval {
       std::uint32_t from, to;  // vertices of the other shape
     };
-    std::array<Part, 64> parts;
+    std::array<Interval, 64> open;
     std::size_t count = 0;
-    parts[count++] = {first, last};
+    open[count++] = {first, last};
     while (count > 0) {
-      const Part part = parts[--count];
-      if (part.from == part.to) continue;
-      const Vec3 across = other.edge(part.to, part.from);
+      const Interval interval = open[--count];
+      if (interval.from == interval.to) continue;
+      const Vec3 across = other.edge(interval.to, interval.from);
       Vec3 m = edge.cross(across);
       const double length2 = m.squaredNorm();
       if (!(length2 > tolerance::parallel_edges2 * edge.squaredNorm() * across.squaredNorm()))
         continue;  // parallel edges: equal along the whole arc
       m /= m.dot(mid) < 0 ? -std::sqrt(length2) : std::sqrt(length2);
-      const double level = m.dot(corner + other.vertex(part.from));
+      const double level = m.dot(corner + other.vertex(interval.from));
       if (level >= best_ - rounding_) continue;
       const MinkowskiPoint p = d_.support(m);
       const double h = m.dot(p.w);
@@ -262,14 +262,14 @@ class FaceSearch {
         normal_ = m;
         edges_ = true;
         const bool b = side.of_b;
-        ends_a_[0] = b ? part.from : arc.v[0], ends_a_[1] = b ? part.to : arc.v[1];
-        ends_b_[0] = b ? arc.v[0] : part.from, ends_b_[1] = b ? arc.v[1] : part.to;
+        ends_a_[0] = b ? interval.from : arc.v[0], ends_a_[1] = b ? interval.to : arc.v[1];
+        ends_b_[0] = b ? arc.v[0] : interval.from, ends_b_[1] = b ? arc.v[1] : interval.to;
       }
       const std::uint32_t between = other.number(p);
-      if (h - level <= rounding_ || between == part.from || between == part.to) continue;
-      if (count + 2 > parts.size() || ++steps_ > most_steps) return false;
-      parts[count++] = {part.from, between};
-      parts[count++] = {between, part.to};
+      if (h - level <= rounding_ || between == interval.from || between == interval.to) continue;
+      if (count + 2 > open.size() || ++steps_ > most_steps) return false;
+      open[count++] = {interval.from, between};
+      open[count++] = {between, interval.to};
     }
     return true;
   }

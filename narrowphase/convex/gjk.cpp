@@ -146,24 +146,23 @@ GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond,
   return r;
 }
 
-GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start) {
-  GjkResult r = descend(d, tolerance, beyond, within, start);
+GjkResult gjk(const MinkowskiDifference& d, double tolerance) {
+  GjkResult r = descend(d, tolerance, infinity, -infinity, nullptr);
   if (r.simplex.count > 0) set_weights(r.simplex);
   return r;
 }
 
 void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
-  const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
   const double scale = d.scale();
   MinkowskiDifference apart = d;
-  if (polytopes) {
+  if (d.polytopes()) {
     // Rounding of the distance leaves the points undetermined sideways by the square root of its product with the
     // distance: move the shapes less far apart where that is too much.
     double least = infinity;
     for (const double out :
          {tolerance::far_apart * scale, tolerance::near_apart * scale, tolerance::least_apart * scale}) {
       apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
-      const GjkResult r = gjk(apart, tolerance::ends_on_polytopes, infinity, -infinity);
+      const GjkResult r = gjk(apart, tolerance::ends_on_polytopes);
       LocalAnswer there;
       set_points(r.simplex, there);
       const double sideways = (there.point_a - there.point_b + out * answer.normal).norm();
@@ -178,7 +177,7 @@ void pair_points(const MinkowskiDifference& d, LocalAnswer& answer) {
   const double out = tolerance::moved_apart * scale;
   for (int round = 0;; ++round) {
     apart.pose.translation = d.pose.translation + (out - answer.signed_distance) * answer.normal;
-    const GjkResult r = gjk(apart, tolerance::ends_on_polytopes, infinity, -infinity);
+    const GjkResult r = gjk(apart, tolerance::ends_on_polytopes);
     answer.point_a.setZero();
     for (int i = 0; i < r.simplex.count; ++i) answer.point_a += r.simplex.weight[i] * r.simplex.p[i].a;
     if (round == 8 || !(r.upper > 0)) break;

@@ -6,14 +6,13 @@
 
 namespace tandem {
 
-/// The distance of the cores. Stops as soon as the distance is known to be > beyond or <= within, or the bounds agree
-/// to tolerance x distance. Result `near`: so close to touching that a depth solver must decide. `start`: a direction
-/// from A to B, in A's frame, not zero; without it the one between the centres.
-GjkResult gjk(const MinkowskiDifference& d, double tolerance, double beyond, double within,
-              const Vec3* start = nullptr);
+/// The distance of the cores, until the bounds agree to tolerance x distance. Result `near`: so close to touching that
+/// a depth solver must decide.
+GjkResult gjk(const MinkowskiDifference& d, double tolerance);
 
-/// `gjk` without the weights of the simplex's points. `at_once`: ends after the first direction if that does not show
-/// two polytopes to be farther apart than this.
+/// `gjk` without the weights of the simplex's points; it also stops as soon as the distance is known to be > beyond or
+/// <= within. `start`: a direction from A to B, in A's frame, not zero; null: the one between the centres. `at_once`:
+/// ends after the first direction if that does not show two polytopes to be farther apart than this.
 GjkResult descend(const MinkowskiDifference& d, double tolerance, double beyond, double within, const Vec3* start,
                   double at_once = -std::numeric_limits<double>::infinity());
 

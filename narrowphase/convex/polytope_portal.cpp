@@ -147,7 +147,7 @@ class PolytopePortal {
       : a_(d.a),
         b_(d.b),
         shift_(point(d.pose.translation)),
-        scale_(d.scale() + off_origin(d.a) + off_origin(d.b)),
+        scale_(rounding_scale(d)),
         // Rotations are orthonormal only to 1e-6.
         ball_((1 - tolerance::askew) * (core_inner_radius(d.a) + core_inner_radius(d.b))) {
     for (int i = 0; i < 3; ++i)
@@ -183,7 +183,6 @@ class PolytopePortal {
   }
 
  private:
-  static double off_origin(const ConvexView& v) { return v.hull != nullptr ? v.hull->inside.norm() : 0.0; }
   HWY_INLINE Point placed(const Point& p) const { return turn_ * p + shift_; }
   HWY_INLINE PortalFace begin() const {
     Corner a[3], b[3];

@@ -24,7 +24,7 @@ class RoundPortal {
   explicit RoundPortal(const MinkowskiDifference& d)
       : d_(d),
         radius_(core_radius(d.a) + core_radius(d.b)),
-        scale_(d.scale() + off_origin(d.a) + off_origin(d.b)),
+        scale_(rounding_scale(d)),
         // Rotations are orthonormal only to 1e-6.
         ball_((1 - tolerance::askew) * (core_inner_radius(d.a) + core_inner_radius(d.b)) + radius_),
         centre_b_(d.pose.rotation * core_centre(d.b) + d.pose.translation),
@@ -42,8 +42,6 @@ class RoundPortal {
 
   bool first_direction(Vec3& n) const;
   bool begin(RoundFace& portal) const;
-
-  static double off_origin(const ConvexView& v) { return v.hull != nullptr ? v.hull->inside.norm() : 0.0; }
 
   const MinkowskiDifference& d_;
   const double radius_, scale_, ball_;

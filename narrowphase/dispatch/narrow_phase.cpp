@@ -48,7 +48,7 @@ bool unbounded_collide(const Shape& a, const Pose& pose_a, const Shape& b, const
 }
 
 std::string refusal(const Shape& a, const Shape& b, Request request) {
-  if (!is_refused(a.kind(), b.kind(), request)) return {};
+  if (!is_refused(pair_solver(a.kind(), b.kind()), request)) return {};
   return std::string(name(a.kind())) + " with " + std::string(name(b.kind())) + ": " + std::string(name(request)) +
          " is not defined, no finite translation separates them unless their normals are opposite";
 }
@@ -104,14 +104,15 @@ std::optional<bool> collide_by_test(CollideTest test, const Shape& a, const Pose
   return std::nullopt;
 }
 
-PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
-                          const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
-  const PairSolver& pair = pair_solver(a.kind(), b.kind());
-  const bool unforced = options.solver.empty();
-  if (unforced && pair.direct != nullptr)
-    return pair.direct(a.parameters(), pose_a, b.parameters(), pose_b, request, options.margin, contacts);
+/// By the method of the two kinds, or the one that the options name. Kept apart so that pairs with a direct solver do
+/// not pay for it.
+[[gnu::noinline]] PairAnswer solve_by_method(const PairSolver& pair, const Shape& a, const Pose& pose_a, const Shape& b,
+                                             const Pose& pose_b, Request request, const NarrowPhaseOptions& options,
+                                             std::vector<Contact>* contacts, WarmStart* warm) {
+  if (pair.method == Method::cells) return solve_voxels(a, pose_a, b, pose_b, request, options, contacts);
   if (pair.method == Method::bvh) return solve_mesh(a, pose_a, b, pose_b, request, options, contacts);
-  if (is_refused(a.kind(), b.kind(), request)) throw std::invalid_argument(refusal(a, b, request));
+  if (is_refused(pair, request)) throw std::invalid_argument(refusal(a, b, request));
+  const bool unforced = options.solver.empty();
   PairAnswer plain;
   if (request == Request::collide && (unforced || pair.collides == CollideTest::unbounded))
     if (const auto collide = collide_by_test(pair.collides, a, pose_a, b, pose_b, options)) {
@@ -126,13 +127,24 @@ PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, co
   return solve_convex(view(a), pose_a, view(b), pose_b, request, options, contacts, warm);
 }
 
+/// One request on its own: near a touch its verdict may differ from those of others.
+[[gnu::always_inline]] inline PairAnswer solve_request(const PairSolver& pair, const Shape& a, const Pose& pose_a,
+                                                       const Shape& b, const Pose& pose_b, Request request,
+                                                       const NarrowPhaseOptions& options,
+                                                       std::vector<Contact>* contacts, WarmStart* warm) {
+  if (options.solver.empty() && pair.direct != nullptr)
+    return pair.direct(a.parameters(), pose_a, b.parameters(), pose_b, request, options.margin, contacts);
+  return solve_by_method(pair, a, pose_a, b, pose_b, request, options, contacts, warm);
+}
+
 /// Gives an answer whose sign rounding decided the verdict of Request::collide, so that all requests agree. The
 /// contacts are those from `first` on.
-[[gnu::noinline]] void take_verdict(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
-                                    Request request, const NarrowPhaseOptions& options, PairAnswer& answer,
-                                    std::vector<Contact>* contacts, std::size_t first, double within) {
+[[gnu::noinline]] void take_verdict(const PairSolver& pair, const Shape& a, const Pose& pose_a, const Shape& b,
+                                    const Pose& pose_b, Request request, const NarrowPhaseOptions& options,
+                                    PairAnswer& answer, std::vector<Contact>* contacts, std::size_t first,
+                                    double within) {
   constexpr double apart = std::numeric_limits<double>::min();
-  answer.collide = solve_by_kinds(a, pose_a, b, pose_b, Request::collide, options, nullptr, nullptr).collide;
+  answer.collide = solve_request(pair, a, pose_a, b, pose_b, Request::collide, options, nullptr, nullptr).collide;
   answer.signed_distance =
       answer.collide ? std::min(answer.signed_distance, 0.0) : std::max(answer.signed_distance, apart);
   if (request != Request::contacts) return;
@@ -144,7 +156,7 @@ PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, co
   if (contacts->size() == first) {
     NarrowPhaseOptions wider = options;
     wider.margin = within;
-    const PairAnswer touch = solve_by_kinds(a, pose_a, b, pose_b, request, wider, contacts, nullptr);
+    const PairAnswer touch = solve_request(pair, a, pose_a, b, pose_b, request, wider, contacts, nullptr);
     answer.point_a = touch.point_a;
     answer.point_b = touch.point_b;
     answer.normal = touch.normal;
@@ -158,22 +170,6 @@ PairAnswer solve_by_kinds(const Shape& a, const Pose& pose_a, const Shape& b, co
     })->depth = -answer.signed_distance;
 }
 
-/// The pairs that are worth preparing; kept apart so that the simple ones do not pay for them.
-[[gnu::noinline]] PairAnswer solve_prepared(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
-                                            Request request, const NarrowPhaseOptions& options,
-                                            std::vector<Contact>* contacts, WarmStart* warm) {
-  if (has_voxels(a, b)) return solve_voxels(a, pose_a, b, pose_b, request, options, contacts);
-  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
-  PairAnswer answer = solve_by_kinds(a, pose_a, b, pose_b, request, options, contacts, warm);
-  // Meshes among themselves are told by exact tests, whatever is asked.
-  if (request == Request::collide || (triangular(a) && triangular(b) && !(a.is_convex() && b.is_convex())))
-    return answer;
-  const double undecided = undecided_distance(a, pose_a, b, pose_b);
-  if (std::abs(answer.signed_distance) <= undecided && !answer.normal.isZero(0))
-    take_verdict(a, pose_a, b, pose_b, request, options, answer, contacts, first, 4 * undecided);
-  return answer;
-}
-
 /// A lower bound on the distance, by the boxes in world axes; seen from A's translation: far out, they would be rounded
 /// by more than what is near lies apart.
 double distance_of_bounds(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
@@ -183,11 +179,14 @@ double distance_of_bounds(const Shape& a, const Pose& pose_a, const Shape& b, co
   return (q.lo - p.hi).cwiseMax(p.lo - q.hi).cwiseMax(0.0).norm();
 }
 
-PairAnswer solve_distance(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
-                          const NarrowPhaseOptions& options, WarmStart* warm) {
-  return a.rounding() + b.rounding() > 0
-             ? solve_rounded(a, pose_a, b, pose_b, Request::distance, options, nullptr, warm)
-             : solve_cores(a, pose_a, b, pose_b, Request::distance, options, nullptr, warm);
+/// Any request without a cut-off. Inlined: a call more is a tenth of the fastest queries.
+[[gnu::always_inline]] inline PairAnswer solve_fully(const Shape& a, const Pose& pose_a, const Shape& b,
+                                                     const Pose& pose_b, Request request,
+                                                     const NarrowPhaseOptions& options, std::vector<Contact>* contacts,
+                                                     WarmStart* warm) {
+  const bool has_rounding = a.rounding() + b.rounding() > 0 && (a.is_bounded() || b.is_bounded());
+  return has_rounding && !has_voxels(a, b) ? solve_rounded(a, pose_a, b, pose_b, request, options, contacts, warm)
+                                           : solve_cores(a, pose_a, b, pose_b, request, options, contacts, warm);
 }
 
 /// Request::distance with a finite cut-off. Meshes that overlap are asked once more without it: which triangle is found
@@ -203,28 +202,24 @@ PairAnswer solve_within(const Shape& a, const Pose& pose_a, const Shape& b, cons
       distance_of_bounds(a, pose_a, b, pose_b, options.limit) - undecided > options.cutoff)
     return farther;
   if (!a.is_convex() || !b.is_convex()) {
-    const PairAnswer answer = solve_distance(a, pose_a, b, pose_b, options, nullptr);
+    const PairAnswer answer = solve_fully(a, pose_a, b, pose_b, Request::distance, options, nullptr, nullptr);
     if (answer.signed_distance > options.cutoff + undecided) return farther;
     if (answer.signed_distance > undecided) return answer.signed_distance > options.cutoff ? farther : answer;
   }
   NarrowPhaseOptions all = options;
   all.cutoff = std::numeric_limits<double>::infinity();
-  const PairAnswer answer = solve_distance(a, pose_a, b, pose_b, all, warm);
+  const PairAnswer answer = solve_fully(a, pose_a, b, pose_b, Request::distance, all, nullptr, warm);
   return answer.signed_distance > options.cutoff ? farther : answer;
 }
 
-/// A query without a limit. Inlined: a call more is a tenth of the fastest queries.
+/// A query without a limit. Inlined as above.
 [[gnu::always_inline]] inline PairAnswer solve_any(const Shape& a, const Pose& pose_a, const Shape& b,
                                                    const Pose& pose_b, Request request,
                                                    const NarrowPhaseOptions& options, std::vector<Contact>* contacts,
                                                    WarmStart* warm) {
   if (request == Request::distance && options.cutoff < std::numeric_limits<double>::infinity())
     return solve_within(a, pose_a, b, pose_b, options, warm);
-  const bool has_rounding = a.rounding() + b.rounding() > 0 && (a.is_bounded() || b.is_bounded());
-  if (has_rounding)
-    return has_voxels(a, b) ? solve_voxels(a, pose_a, b, pose_b, request, options, contacts)
-                            : solve_rounded(a, pose_a, b, pose_b, request, options, contacts, warm);
-  return solve_cores(a, pose_a, b, pose_b, request, options, contacts, warm);
+  return solve_fully(a, pose_a, b, pose_b, request, options, contacts, warm);
 }
 
 /// A query that a work limit may end. Kept apart so that others do not pay for it.
@@ -254,17 +249,14 @@ PairAnswer solve_pair(const Shape& a, const Pose& pose_a, const Shape& b, const 
 
 PairAnswer solve_cores(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                        const NarrowPhaseOptions& options, std::vector<Contact>* contacts, WarmStart* warm) {
-  if (options.solver.empty())
-    if (DirectSolver* const solver = pair_solver(a.kind(), b.kind()).direct) {
-      const std::size_t first = contacts != nullptr ? contacts->size() : 0;
-      PairAnswer answer = solver(a.parameters(), pose_a, b.parameters(), pose_b, request, options.margin, contacts);
-      if (request == Request::collide) return answer;
-      const double undecided = undecided_distance(a, pose_a, b, pose_b);
-      if (std::abs(answer.signed_distance) <= undecided)
-        take_verdict(a, pose_a, b, pose_b, request, options, answer, contacts, first, 4 * undecided);
-      return answer;
-    }
-  return solve_prepared(a, pose_a, b, pose_b, request, options, contacts, warm);
+  const PairSolver& pair = pair_solver(a.kind(), b.kind());
+  const std::size_t first = contacts != nullptr ? contacts->size() : 0;
+  PairAnswer answer = solve_request(pair, a, pose_a, b, pose_b, request, options, contacts, warm);
+  if (request == Request::collide || pair.one_verdict) return answer;
+  const double undecided = undecided_distance(a, pose_a, b, pose_b);
+  if (std::abs(answer.signed_distance) <= undecided && !answer.normal.isZero(0))
+    take_verdict(pair, a, pose_a, b, pose_b, request, options, answer, contacts, first, 4 * undecided);
+  return answer;
 }
 
 std::string_view name(Request request) {

@@ -149,9 +149,9 @@ class HalfspaceBoxes {
  public:
   static constexpr std::size_t most = HalfspaceBoxList::most;
 
-  void add(const PlacedPair& pair) {
+  void add(const PlacedPair& pair, PlacedHalfspaces& halfspaces) {
     const bool reversed = pair.a->kind() == ShapeKind::box;
-    list_.halfspace[list_.count] = &halfspaces_.place(pair, reversed);
+    list_.halfspace[list_.count] = &halfspaces.place(pair, reversed);
     list_.pose[list_.count] = reversed ? pair.pose_a : pair.pose_b;
     list_.half[list_.count++] = &(reversed ? *pair.a : *pair.b).parameters();
   }
@@ -159,7 +159,6 @@ class HalfspaceBoxes {
     if (list_.count == 0) return;
     find_on_halfspaces(list_, margin, found_);
     list_.count = next_ = 0;
-    halfspaces_.clear();
   }
   bool answer(const PlacedPair& pair, std::size_t number, double margin, std::vector<Contact>& contacts,
               AnswerSink& answers) {
@@ -185,7 +184,6 @@ class HalfspaceBoxes {
  private:
   std::size_t next_ = 0;
   HalfspaceBoxList list_;
-  PlacedHalfspaces halfspaces_;
   HalfspaceBoxFindings found_;
 };
 
@@ -193,17 +191,16 @@ PlacedSphere sphere_of(const PlacedSphere* placed, const Shape& sphere, const Po
   return placed != nullptr ? *placed : PlacedSphere{pose.translation, sphere.radius()};
 }
 
-/// Pairs of spheres.
-class Spheres {
+/// Pairs of a sphere and another shape, and the kernel that solves them.
+template <class Pair, void (*find)(std::span<const Pair>, double margin, SphereFindings&)>
+class SpherePairs {
  public:
   static constexpr std::size_t most = SphereFindings::most;
 
-  void add(const PlacedPair& pair, const PlacedSpheres& placed) {
-    pairs_[count_++] = {sphere_of(placed.a, *pair.a, *pair.pose_a), sphere_of(placed.b, *pair.b, *pair.pose_b)};
-  }
+  void add(const Pair& pair) { pairs_[count_++] = pair; }
   void screen(double margin) {
     if (count_ == 0) return;
-    find_on_spheres(std::span(pairs_).first(count_), margin, found_);
+    find(std::span(pairs_).first(count_), margin, found_);
     count_ = next_ = 0;
   }
   bool answer(std::size_t number, std::vector<Contact>& contacts, AnswerSink& answers) {
@@ -212,34 +209,7 @@ class Spheres {
 
  private:
   std::size_t count_ = 0, next_ = 0;
-  std::array<SpherePair, most> pairs_;
-  SphereFindings found_;
-};
-
-/// Pairs of a half-space and a sphere.
-class HalfspaceSpheres {
- public:
-  static constexpr std::size_t most = SphereFindings::most;
-
-  void add(const PlacedPair& pair, const PlacedSpheres& placed) {
-    const bool reversed = pair.a->kind() == ShapeKind::sphere;
-    pairs_[count_++] = {&halfspaces_.place(pair, reversed), reversed ? sphere_of(placed.a, *pair.a, *pair.pose_a)
-                                                                     : sphere_of(placed.b, *pair.b, *pair.pose_b)};
-  }
-  void screen(double margin) {
-    if (count_ == 0) return;
-    find_spheres_on_halfspaces(std::span(pairs_).first(count_), margin, found_);
-    count_ = next_ = 0;
-    halfspaces_.clear();
-  }
-  bool answer(std::size_t number, std::vector<Contact>& contacts, AnswerSink& answers) {
-    return found_.append(next_++, number, contacts, answers);
-  }
-
- private:
-  std::size_t count_ = 0, next_ = 0;
-  std::array<HalfspaceSphere, most> pairs_;
-  PlacedHalfspaces halfspaces_;
+  std::array<Pair, most> pairs_;
   SphereFindings found_;
 };
 
@@ -269,10 +239,7 @@ class PairGroups {
         left |= std::uint32_t{1} << place[static_cast<std::size_t>(std::countr_zero(near))];
     for (; left != 0; left &= left - 1) {
       const auto i = static_cast<std::size_t>(std::countr_zero(left));
-      const PlacedSpheres placed = spheres.empty() ? PlacedSpheres{} : spheres[i];
-      if (kinds[i] == LaneGroup::spheres) spheres_.add(pairs[i], placed);
-      if (kinds[i] == LaneGroup::halfspace_box) halfspace_boxes_.add(pairs[i]);
-      if (kinds[i] == LaneGroup::halfspace_sphere) halfspace_spheres_.add(pairs[i], placed);
+      add(pairs[i], spheres.empty() ? PlacedSpheres{} : spheres[i], kinds[i]);
       waiting_[count_++] = {static_cast<std::uint32_t>(first + i), kinds[i]};
     }
   }
@@ -286,6 +253,7 @@ class PairGroups {
     spheres_.screen(margin);
     halfspace_boxes_.screen(margin);
     halfspace_spheres_.screen(margin);
+    halfspaces_.clear();
     for (const auto& [i, kind] : std::span(waiting_).first(count_))
       if (!answer_together(pairs[i], i, kind, margin, contacts, answers)) alone(i);
     count_ = 0;
@@ -293,12 +261,24 @@ class PairGroups {
 
  private:
   static constexpr std::size_t most = 3 * block;
-  static_assert(most <= BoxesOfPairs::most && most <= HalfspaceBoxes::most && most <= Spheres::most);
+  static_assert(most <= BoxesOfPairs::most && most <= HalfspaceBoxes::most && most <= SphereFindings::most);
 
   struct Waiting {
     std::uint32_t pair;
     LaneGroup kind;
   };
+
+  /// Boxes with boxes are taken before.
+  void add(const PlacedPair& pair, const PlacedSpheres& placed, LaneGroup kind) {
+    const auto a = [&] { return sphere_of(placed.a, *pair.a, *pair.pose_a); };
+    const auto b = [&] { return sphere_of(placed.b, *pair.b, *pair.pose_b); };
+    if (kind == LaneGroup::spheres) spheres_.add({a(), b()});
+    if (kind == LaneGroup::halfspace_box) halfspace_boxes_.add(pair, halfspaces_);
+    if (kind == LaneGroup::halfspace_sphere) {
+      const bool reversed = pair.a->kind() == ShapeKind::sphere;
+      halfspace_spheres_.add({&halfspaces_.place(pair, reversed), reversed ? a() : b()});
+    }
+  }
 
   bool answer_together(const PlacedPair& pair, std::size_t number, LaneGroup kind, double margin,
                        std::vector<Contact>& contacts, AnswerSink& answers) {
@@ -320,9 +300,10 @@ class PairGroups {
   std::array<Waiting, most> waiting_;
   std::size_t count_ = 0;
   BoxesOfPairs boxes_;
-  Spheres spheres_;
+  PlacedHalfspaces halfspaces_;
   HalfspaceBoxes halfspace_boxes_;
-  HalfspaceSpheres halfspace_spheres_;
+  SpherePairs<SpherePair, find_on_spheres> spheres_;
+  SpherePairs<HalfspaceSphere, find_spheres_on_halfspaces> halfspace_spheres_;
 };
 
 }  // namespace

@@ -23,7 +23,7 @@
 namespace tandem {
 namespace {
 
-/// What the cells' answers say: the least distance, and how deep the other shape is at least.
+/// The result over all cells: the least distance, and how deep the other shape is at least.
 struct CellsFound {
   PairAnswer nearest;
   double certain = 0;  ///< no shorter translation separates
@@ -82,7 +82,7 @@ class VoxelPair {
   /// The least distance of a cell; of those farther than the cut-off none need be found.
   CellsFound nearest(double cutoff);
 
-  /// Gathers what each cell tells: visit(cell, contacts); those of places that other cells cover are left out.
+  /// Gathers the contacts of each cell: visit(cell, contacts); those of places that other cells cover are left out.
   template <class Visit>
   CellsFound each_contact(Visit&& visit);
 
@@ -115,9 +115,9 @@ class VoxelPair {
                         std::vector<Contact>* contacts);
   bool is_covered(VoxelRef cell, const Contact& contact) const;
   PairAnswer depth(const CellsFound& found) const;
-  PairAnswer depth_of_sides(double certain) const;
-  bool is_left_out_aslant(const Vec3& normal) const;
-  void put_patch(const PairAnswer& whole, std::vector<Contact>& out, std::size_t first);
+  PairAnswer depth_of_plane(double certain) const;
+  bool has_covered_contact_across(const Vec3& normal) const;
+  void replace_patch(const PairAnswer& whole, std::vector<Contact>& out, std::size_t first);
   bool separates(const Vec3& translation) const;
   double slack() const { return tolerance::translation_slack * (voxels_.size() + other_.size()); }
 
@@ -132,7 +132,7 @@ class VoxelPair {
   std::vector<Shape> own_boxes_, other_boxes_;
   const std::vector<Shape>& rounded_boxes_;  // by level, of voxels with rounding
   std::vector<Contact> of_cell_;
-  std::vector<Vec3> left_out_;  // normals of contacts of covered places
+  std::vector<Vec3> covered_normals_;  // normals of contacts of covered places
 };
 
 PairAnswer VoxelPair::solve_cell(VoxelRef cell, Request request, const NarrowPhaseOptions& options,
@@ -240,7 +240,7 @@ CellsFound VoxelPair::each_contact(Visit&& visit) {
                      found.take(answer);
                      std::erase_if(of_cell_, [&](const Contact& c) {
                        const bool covered = is_covered(cell, c);
-                       if (covered) left_out_.push_back(c.normal);
+                       if (covered) covered_normals_.push_back(c.normal);
                        return covered;
                      });
                      if (!of_cell_.empty()) visit(cell, std::span<const Contact>(of_cell_));
@@ -255,7 +255,7 @@ bool VoxelPair::separates(const Vec3& translation) const {
 }
 
 /// A plane comes out on one side of all cells or the other.
-PairAnswer VoxelPair::depth_of_sides(double certain) const {
+PairAnswer VoxelPair::depth_of_plane(double certain) const {
   PairAnswer best;
   best.signed_distance = -infinity;
   for (const double sense : {1.0, -1.0}) {
@@ -272,7 +272,7 @@ PairAnswer VoxelPair::depth_of_sides(double certain) const {
 PairAnswer VoxelPair::depth(const CellsFound& found) const {
   const PairAnswer& deepest = found.nearest;
   if (other_.kind() == ShapeKind::halfspace) return deepest;
-  if (other_.kind() == ShapeKind::plane) return depth_of_sides(found.certain);
+  if (other_.kind() == ShapeKind::plane) return depth_of_plane(found.certain);
   NarrowPhaseOptions options;
   options.limit = options_.limit;
   double shortest = infinity;
@@ -309,15 +309,15 @@ PairAnswer VoxelPair::depth(const CellsFound& found) const {
 }
 
 /// Whether cells push aside, where others cover them, what this normal separates: they have no part in its patch.
-bool VoxelPair::is_left_out_aslant(const Vec3& normal) const {
+bool VoxelPair::has_covered_contact_across(const Vec3& normal) const {
   constexpr double aslant = 0.7;  // cosine
-  return other_.is_bounded() && std::any_of(left_out_.begin(), left_out_.end(),
+  return other_.is_bounded() && std::any_of(covered_normals_.begin(), covered_normals_.end(),
                                             [&](const Vec3& pushed) { return pushed.dot(normal) < aslant; });
 }
 
 /// Replaces the patch along what separates by the points where the other, moved out along it, meets the cells: of a
 /// capsule that sinks into a floor beside an edge between two rows of cells, each would push it into the other row.
-void VoxelPair::put_patch(const PairAnswer& whole, std::vector<Contact>& out, std::size_t first) {
+void VoxelPair::replace_patch(const PairAnswer& whole, std::vector<Contact>& out, std::size_t first) {
   std::vector<Contact> patch;
   if (other_.is_bounded()) {
     const double depth = -whole.signed_distance;
@@ -332,14 +332,14 @@ void VoxelPair::put_patch(const PairAnswer& whole, std::vector<Contact>& out, st
         const Vec3 normal = inside != 0 ? Vec3(through / inside) : whole.normal;
         const double along = std::min(normal.dot(whole.normal), list[k].normal.dot(whole.normal));
         if (along > one_patch && inside >= -options_.margin)
-          patch.push_back({list[k].point - depth / 2 * whole.normal, normal, std::min(inside, depth),
-                           feature_of_cell(cell, k)});
+          patch.push_back(
+              {list[k].point - depth / 2 * whole.normal, normal, std::min(inside, depth), feature_of_cell(cell, k)});
       }
     });
   }
   const auto begin = out.begin() + static_cast<std::ptrdiff_t>(first);
-  const auto own = std::stable_partition(
-      begin, out.end(), [&](const Contact& c) { return !(c.normal.dot(whole.normal) > one_patch); });
+  const auto own = std::stable_partition(begin, out.end(),
+                                         [&](const Contact& c) { return !(c.normal.dot(whole.normal) > one_patch); });
   patch.insert(patch.end(), own, out.end());
   out.erase(own, out.end());
   if (std::none_of(patch.begin(), patch.end(),
@@ -371,12 +371,12 @@ PairAnswer VoxelPair::contacts(std::vector<Contact>& out) {
   }
   PairAnswer answer = from_deepest(out, first);
   const bool has_deepest = out.size() > first && -answer.signed_distance >= found.certain - slack() &&
-                           !is_left_out_aslant(answer.normal);
+                           !has_covered_contact_across(answer.normal);
   const bool is_free =
       has_deepest && options_.mesh_bounds && separates((slack() - answer.signed_distance) * answer.normal);
   PairAnswer whole;
   if (!has_deepest || (options_.mesh_bounds && !is_free)) whole = depth(found);
-  if (!has_deepest) put_patch(whole, out, first);
+  if (!has_deepest) replace_patch(whole, out, first);
   answer = from_deepest(out, first);
   answer.collide = true;
   if (!options_.mesh_bounds) {
@@ -386,10 +386,8 @@ PairAnswer VoxelPair::contacts(std::vector<Contact>& out) {
   const double length = -answer.signed_distance,
                off = std::max(length - found.certain, is_free ? 0.0 : -whole.signed_distance - length);
   // A contact as deep as what separates need not separate itself.
-  const bool deepest_separates =
-      has_deepest ? is_free : answer.normal.dot(whole.normal) > 1 - tolerance::alike_cosines;
-  if (off > slack() || !deepest_separates)
-    answer.status = Status::inexact, answer.error_bound = std::max(off, slack());
+  const bool deepest_separates = has_deepest ? is_free : answer.normal.dot(whole.normal) > 1 - tolerance::alike_cosines;
+  if (off > slack() || !deepest_separates) answer.status = Status::inexact, answer.error_bound = std::max(off, slack());
   return answer;
 }
 

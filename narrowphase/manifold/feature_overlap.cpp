@@ -42,7 +42,7 @@ bool clip(const Clipped& c, const Vec3& normal, double offset, double slack, std
     const double di = beyond[i], dj = beyond[j];
     if (di <= on_it) out.add(c.corner[i], c.edge[i]);
     if (c.open && j == 0) break;  // a segment has no closing side
-    // A corner in the plane stands for the crossing.
+    // A corner in the plane represents the crossing.
     if ((di <= 0 && dj > on_it) || (di > on_it && dj <= 0)) {
       const double t = di / (di - dj);
       out.add(c.corner[i] + t * (c.corner[j] - c.corner[i]), di <= 0 ? label : c.edge[i]);

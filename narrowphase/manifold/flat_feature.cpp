@@ -11,7 +11,7 @@
 namespace tandem {
 namespace {
 
-/// The corners of the polygon that stands for a circle, counterclockwise from the x axis.
+/// The corners of the polygon that represents a circle, counterclockwise from the x axis.
 struct CirclePolygon {
   double x[max_corners + 1], y[max_corners + 1];
 

@@ -24,7 +24,7 @@ struct FlatFeature {
   void add(const Vec3& p) { corner[count++] = p; }
 };
 
-/// The face most aligned with d (unit, in the shape's frame), or the edge or point that stands for it on round shapes.
+/// The face most aligned with d (unit, in the shape's frame), or the edge or point that represents it on round shapes.
 FlatFeature best_face(const ConvexView& v, const Vec3& d);
 
 /// The edge that lies in the contact plane with outward normal d; none (count 0) if d is not a normal of an edge.

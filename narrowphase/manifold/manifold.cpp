@@ -111,7 +111,7 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
   if (depth > deepest + tolerance::deeper * shape.size) {
     points[count++] = {lowest + 0.5 * depth * normal, depth, 0x80000000u};
   } else {
-    // The corners of a disc's circle stand for the arcs between them.
+    // The corners of a disc's circle represent the arcs between them.
     for (int i = 0; i < count; ++i)
       if (points[i].depth == deepest) points[i].depth = depth;
   }
@@ -119,7 +119,7 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
   append_points(points, count, pose, pose.rotation * normal, contacts);
 }
 
-void stand_for_deepest(PatchPoint* p, int count, double slack) {
+void share_greatest_depth(PatchPoint* p, int count, double slack) {
   int first = 0;
   double deepest = p[0].depth;
   for (int i = 1; i < count; ++i) {
@@ -181,7 +181,7 @@ void sort_points(PatchPoint* p, int count) {
     for (int k = i; k > 0 && before(p[k], p[k - 1]); --k) std::swap(p[k], p[k - 1]);
 }
 
-/// The deepest point, or one that is equally deep and then stands for it: that of a leaning disc, else the witness.
+/// The deepest point, or one that is equally deep and then represents it: that of a leaning disc, else the witness.
 int take_first(PatchPoint* p, int count, double size, double slack, PatchChoice& choice) {
   double deepest = p[0].depth;
   for (int i = 1; i < count; ++i) deepest = std::max(deepest, p[i].depth);

@@ -33,7 +33,7 @@ void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const 
 bool stands_for(PatchPoint* points, int count, double depth, double slack);
 
 /// Gives the greatest depth to the first of the points whose depth is equal to it within `slack`, as `span_patch` does.
-void stand_for_deepest(PatchPoint* points, int count, double slack);
+void share_greatest_depth(PatchPoint* points, int count, double slack);
 
 /// Keeps up to 4 of the points, in the order of their features: the deepest, the farthest from it, then those that
 /// widen the patch most to either side; among equals the first by feature. A disc's `lowest` is preferred among equally

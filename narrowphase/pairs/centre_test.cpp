@@ -128,36 +128,39 @@ double separation(const Shape& a, const Pose& pose_a, const Shape& b, const Pose
           reach(b, -(pose_b.rotation.transpose() * n), Reach::exact));
 }
 
-MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const WorkLimit* limit) {
-  if (does_without_hull(mesh_of(a)) || does_without_hull(mesh_of(b))) return {};
-  const Hull &hull_a = mesh_of(a).hull(limit), &hull_b = mesh_of(b).hull(limit);
-  const Vec3 between = from_to(hull_a.inside, pose_a, hull_b.inside, pose_b);
-  const double length2 = between.squaredNorm(), inner = hull_a.inner_radius + hull_b.inner_radius;
+namespace {
+
+Vec3 inner_centre(const Hull& hull) { return hull.inside; }
+double inner_radius(const Hull& hull) { return hull.inner_radius; }
+
+/// The separation of a mesh's hull from another one, or from a convex shape, along the line between the centres.
+/// `size`: of both shapes.
+template <class Other>
+MeshGap gap_between_centres(const Hull& a, const Pose& pose_a, const Other& b, const Pose& pose_b, double size) {
+  const Vec3 in_b = inner_centre(b), between = from_to(a.inside, pose_a, in_b, pose_b);
+  const double length2 = between.squaredNorm(), inner = a.inner_radius + inner_radius(b);
   if (length2 < 0.99 * inner * inner) return {};
-  const double covered = reach(hull_a, pose_a.rotation.transpose() * between, Reach::at_most) +
-                         reach(hull_b, -(pose_b.rotation.transpose() * between), Reach::at_most);
+  const double covered = reach(a, pose_a.rotation.transpose() * between, Reach::at_most) +
+                         reach(b, -(pose_b.rotation.transpose() * between), Reach::at_most);
   const double length = std::sqrt(length2);
-  const double slack = tolerance::certain * (hull_a.inside.norm() + hull_b.inside.norm()) +
-                       tolerance::outside_of_hull * (a.size() + b.size());
+  const double slack = tolerance::certain * (a.inside.norm() + in_b.norm()) + tolerance::outside_of_hull * size;
   const double apart = length2 - covered - tolerance::certain * (length2 + std::abs(covered)) - length * slack;
   if (!(apart > 0)) return {};
   return {apart / length, between / length};
 }
 
+}  // namespace
+
+MeshGap test_hulls(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const WorkLimit* limit) {
+  if (does_without_hull(mesh_of(a)) || does_without_hull(mesh_of(b))) return {};
+  return gap_between_centres(mesh_of(a).hull(limit), pose_a, mesh_of(b).hull(limit), pose_b, a.size() + b.size());
+}
+
 double test_hull(const Shape& mesh, const Pose& pose_mesh, const Shape& convex, const Pose& pose_convex,
                  const WorkLimit* limit) {
   if (does_without_hull(mesh_of(mesh))) return 0;
-  const Hull& hull = mesh_of(mesh).hull(limit);
-  const Vec3 middle = inner_centre(convex), between = from_to(hull.inside, pose_mesh, middle, pose_convex);
-  const double length2 = between.squaredNorm(), inner = hull.inner_radius + inner_radius(convex);
-  if (length2 < 0.99 * inner * inner) return 0;
-  const double covered = reach(hull, pose_mesh.rotation.transpose() * between, Reach::at_most) +
-                         reach(convex, -(pose_convex.rotation.transpose() * between), Reach::at_most);
-  const double length = std::sqrt(length2);
-  const double slack = tolerance::certain * (hull.inside.norm() + middle.norm()) +
-                       tolerance::outside_of_hull * (mesh.size() + convex.size());
-  const double apart = length2 - covered - tolerance::certain * (length2 + std::abs(covered)) - length * slack;
-  return apart > 0 ? apart / length : 0;
+  return gap_between_centres(mesh_of(mesh).hull(limit), pose_mesh, convex, pose_convex, mesh.size() + convex.size())
+      .at_least;
 }
 
 }  // namespace tandem

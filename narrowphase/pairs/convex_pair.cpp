@@ -39,16 +39,26 @@ PairAnswer sphere_with(double radius, const Vec3& centre, const ConvexView& b, c
   return r;
 }
 
+/// The plane, or a half-space's plane, in the frame of another shape.
+struct SeenPlane {
+  Vec3 normal;
+  double offset;
+
+  SeenPlane(const ConvexView& plane, const Pose& pose, const Pose& frame) {
+    const Vec3 n{plane.param[0], plane.param[1], plane.param[2]};
+    normal = frame.rotation.transpose() * (pose.rotation * n);
+    offset = plane.param[3] - n.dot(pose.rotation.transpose() * (frame.translation - pose.translation));
+  }
+};
+
 PairAnswer halfspace_with(const ConvexView& a, const Pose& pose_a, const ConvexView& b, const Pose& pose_b,
                           Request request, const NarrowPhaseOptions& options, std::vector<Contact>* contacts) {
-  const Vec3 in_a{a.param[0], a.param[1], a.param[2]};
-  const Vec3 n = pose_b.rotation.transpose() * (pose_a.rotation * in_a);
-  const double offset = a.param[3] - in_a.dot(pose_a.rotation.transpose() * (pose_b.translation - pose_a.translation));
+  const auto [n, offset] = SeenPlane(a, pose_a, pose_b);
   const Vec3 lowest = core_support(b, -n) - core_radius(b) * n;
   PairAnswer r;
   r.signed_distance = n.dot(lowest) - offset;
   r.collide = r.signed_distance <= 0;
-  r.normal = pose_a.rotation * in_a;
+  r.normal = pose_a.rotation * Vec3(a.param[0], a.param[1], a.param[2]);
   r.point_b = pose_b * lowest;
   r.point_a = r.point_b - r.signed_distance * r.normal;
   if (request == Request::contacts && contacts != nullptr && r.signed_distance <= options.margin) {
@@ -60,52 +70,46 @@ PairAnswer halfspace_with(const ConvexView& a, const Pose& pose_a, const ConvexV
   return r;
 }
 
-std::optional<bool> collide_by(Method method, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
-                               const Pose& pose_b, double tolerance, const Vec3* start, WarmStart* warm,
-                               const WorkLimit* limit) {
+/// `warm`: takes a separating direction.
+std::optional<bool> collide_by(Method method, const MinkowskiDifference& d, const Pose& pose_a, const Pose& pose_b,
+                               double tolerance, const Vec3* start, WarmStart* warm) {
   switch (method) {
     case Method::fcl:
-      return fcl_collide(a, pose_a, b, pose_b);
+      return fcl_collide(d.a, pose_a, d.b, pose_b);
     case Method::libccd:
-      return ccd_collide(a, b, relative(pose_a, pose_b), false);
+      return ccd_collide(d.a, d.b, d.pose, false);
     case Method::mpr:
-      return ccd_collide(a, b, relative(pose_a, pose_b), true);
+      return ccd_collide(d.a, d.b, d.pose, true);
     case Method::newton:
-      return round_collide({a, b, relative(pose_a, pose_b), limit});
-    case Method::sat: {
-      const MinkowskiDifference d{a, b, relative(pose_a, pose_b), limit};
-      if (const auto answer = triangle_distance(d, 0)) return answer->signed_distance <= 0;
-      return gjk_collide(d, tolerance, start, warm != nullptr ? &warm->direction : nullptr);
-    }
-    default:
-      return gjk_collide({a, b, relative(pose_a, pose_b), limit}, tolerance, start,
-                         warm != nullptr ? &warm->direction : nullptr);
-  }
-}
-
-std::optional<LocalAnswer> distance_by(Method method, const ConvexView& a, const ConvexView& b,
-                                       const RelativePose& pose, double tolerance, const Vec3* start, double beyond,
-                                       const WorkLimit* limit) {
-  switch (method) {
-    case Method::fcl:
-      return fcl_signed_distance(a, b, pose);
-    case Method::libccd:
-      return ccd_depth(a, b, pose, false);
-    case Method::mpr:
-      return ccd_depth(a, b, pose, true);
-    case Method::newton:
-      return round_signed_distance({a, b, pose, limit}, start, beyond);
+      return round_collide(d);
     case Method::sat:
-      if (auto answer = triangle_distance({a, b, pose}, beyond)) return answer;
-      return gjk_signed_distance({a, b, pose, limit}, tolerance, start, beyond);
+      if (const auto answer = triangle_distance(d, 0)) return answer->signed_distance <= 0;
+      break;
     default:
-      return gjk_signed_distance({a, b, pose, limit}, tolerance, start, beyond);
+      break;
   }
+  return gjk_collide(d, tolerance, start, warm != nullptr ? &warm->direction : nullptr);
 }
 
-}  // namespace
-
-namespace {
+std::optional<LocalAnswer> distance_by(Method method, const MinkowskiDifference& d, double tolerance, const Vec3* start,
+                                       double beyond) {
+  switch (method) {
+    case Method::fcl:
+      return fcl_signed_distance(d.a, d.b, d.pose);
+    case Method::libccd:
+      return ccd_depth(d.a, d.b, d.pose, false);
+    case Method::mpr:
+      return ccd_depth(d.a, d.b, d.pose, true);
+    case Method::newton:
+      return round_signed_distance(d, start, beyond);
+    case Method::sat:
+      if (auto answer = triangle_distance(d, beyond)) return answer;
+      break;
+    default:
+      break;
+  }
+  return gjk_signed_distance(d, tolerance, start, beyond);
+}
 
 /// True for a capsule so short relative to a pair's extent (metres) that its axis is lost to rounding.
 bool axis_is_lost(const ConvexView& view, double reach) {
@@ -155,14 +159,14 @@ std::optional<SimplerPair> simplified(const ConvexView& a, const Pose& pose_a, c
 /// The measured error, relative to the size, of solvers that give no bound themselves.
 double measured_error(const MethodChoice& choice) { return choice.row != nullptr ? choice.row->error : 0; }
 
-PairAnswer verdict_by(const MethodChoice& choice, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
-                      const Pose& pose_b, const Vec3* start, WarmStart* warm, const WorkLimit* limit) {
-  const double size = a.size + b.size;
+PairAnswer verdict_by(const MethodChoice& choice, const MinkowskiDifference& d, const Pose& pose_a, const Pose& pose_b,
+                      const Vec3* start, WarmStart* warm) {
+  const double size = d.a.size + d.b.size;
   PairAnswer answer;
   answer.error_bound = measured_error(choice) * size;
-  std::optional<bool> collide = collide_by(choice.method, a, pose_a, b, pose_b, choice.tolerance, start, warm, limit);
+  std::optional<bool> collide = collide_by(choice.method, d, pose_a, pose_b, choice.tolerance, start, warm);
   if (!collide) {  // the other library gave up: answer all the same, and report it
-    collide = collide_by(Method::gjk, a, pose_a, b, pose_b, choice.tolerance, start, warm, limit);
+    collide = collide_by(Method::gjk, d, pose_a, pose_b, choice.tolerance, start, warm);
     answer.status = Status::inexact;
     answer.error_bound = size;
   }
@@ -170,16 +174,15 @@ PairAnswer verdict_by(const MethodChoice& choice, const ConvexView& a, const Pos
   return answer;
 }
 
-PairAnswer answer_by(const MethodChoice& choice, const ConvexView& a, const Pose& pose_a, const ConvexView& b,
-                     const Pose& pose_b, Request request, const NarrowPhaseOptions& options, const Vec3* start,
-                     std::vector<Contact>* contacts, WarmStart* warm) {
-  const double size = a.size + b.size, accepted = std::max(options.tolerance, tolerance::accepted_error) * size;
-  const RelativePose pose = relative(pose_a, pose_b);
-  const double beyond = request == Request::contacts ? options.margin : std::numeric_limits<double>::infinity();
+PairAnswer answer_by(const MethodChoice& choice, const MinkowskiDifference& d, const Pose& pose_a, Request request,
+                     const NarrowPhaseOptions& options, const Vec3* start, std::vector<Contact>* contacts,
+                     WarmStart* warm) {
+  const double size = d.a.size + d.b.size, accepted = std::max(options.tolerance, tolerance::accepted_error) * size;
+  const double beyond = request == Request::contacts ? options.margin : infinity;
   const Method method = choice.method;
-  std::optional<LocalAnswer> local = distance_by(method, a, b, pose, choice.tolerance, start, beyond, options.limit);
+  std::optional<LocalAnswer> local = distance_by(method, d, choice.tolerance, start, beyond);
   if (!local) {
-    local = gjk_signed_distance({a, b, pose, options.limit}, choice.tolerance);
+    local = gjk_signed_distance(d, choice.tolerance);
     local->gap = std::max(local->gap, size);
   }
   local->gap = std::max(local->gap, measured_error(choice) * size);
@@ -188,17 +191,14 @@ PairAnswer answer_by(const MethodChoice& choice, const ConvexView& a, const Pose
   PairAnswer answer;
   finish(*local, pose_a, accepted, answer);
   if (request == Request::contacts && contacts != nullptr)
-    append_manifold(a, b, pose, *local, options.margin, pose_a, *contacts);
+    append_manifold(d.a, d.b, d.pose, *local, options.margin, pose_a, *contacts);
   return answer;
 }
 
-/// The half-space that stands for a plane: the one on the side from which B comes, or beyond which B reaches least,
+/// The half-space on one side of a plane: the one on the side from which B comes, or beyond which B reaches least,
 /// which is the one farther from B.
 ConvexView nearer_side(const ConvexView& plane, const Pose& pose, const ConvexView& b, const Pose& pose_b) {
-  const Vec3 in_plane{plane.param[0], plane.param[1], plane.param[2]};
-  const Vec3 n = pose_b.rotation.transpose() * (pose.rotation * in_plane);
-  const double offset =
-      plane.param[3] - in_plane.dot(pose.rotation.transpose() * (pose_b.translation - pose.translation));
+  const auto [n, offset] = SeenPlane(plane, pose, pose_b);
   const double above = n.dot(core_support(b, -n)) - offset, below = offset - n.dot(core_support(b, n));
   ConvexView side = plane;
   side.kind = ShapeKind::halfspace;
@@ -241,8 +241,9 @@ PairAnswer solve_convex(const ConvexView& a, const Pose& pose_a, const ConvexVie
     from = unit(warm->direction);
     start = &from;
   }
-  if (request == Request::collide) return verdict_by(choice, a, pose_a, b, pose_b, start, warm, options.limit);
-  return answer_by(choice, a, pose_a, b, pose_b, request, options, start, contacts, warm);
+  const MinkowskiDifference d{a, b, relative(pose_a, pose_b), options.limit};
+  if (request == Request::collide) return verdict_by(choice, d, pose_a, pose_b, start, warm);
+  return answer_by(choice, d, pose_a, request, options, start, contacts, warm);
 }
 
 }  // namespace tandem

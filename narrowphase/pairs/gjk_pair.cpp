@@ -102,8 +102,9 @@ bool may_be_thin(const MinkowskiDifference& d) {
 }
 
 /// For cores that GJK left overlapping or nearly so: the expanding polytope algorithm, to `exact`.
-CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool polytopes, bool deep, double exact,
+CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool deep, double exact,
                          LocalAnswer& answer) {
+  const bool polytopes = d.polytopes();
   const double scale = d.scale();
   CoreDistance core;
   const EpaResult e = deep ? expand_all_around(d) : expand(d, r.simplex, exact);
@@ -120,8 +121,8 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
   // The planes of sliver faces of the difference have errors of rounding over their width, along all their length: the
   // polytope of a thin difference may end at another face than the nearest.
   const double shallow = may_be_thin(d) ? tolerance::thin_overlap : tolerance::near_surface;
-  core.doubtful = polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale ||
-                                e.upper < shallow * scale);
+  core.doubtful =
+      polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale || e.upper < shallow * scale);
   const bool apart = r.end == GjkResult::End::near && r.upper > 0 &&
                      (r.lower > core.distance ? r.lower >= 0 : polytopes && core.distance > 0);
   if (apart) {
@@ -132,7 +133,7 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
     set_points(r.simplex, answer);
   }
   // The difference of polytopes that hardly touch is noise, and so may its direction be.
-  const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < tolerance::hardly_touching * scale);
+  const bool touching = polytopes && (r.end == GjkResult::End::near || e.upper < tolerance::near_surface * scale);
   if (touching && separation_along(d, answer.normal) < core.distance - 16 * epsilon * scale) {
     core.doubtful = true;
   } else if (!apart && (e.point_a - e.point_b - e.upper * e.normal).squaredNorm() >
@@ -146,16 +147,16 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
 }
 
 /// For two polytopes: true if the facing surfaces give the answer; else GJK is done, started from their direction.
-bool answer_or_descend(const MinkowskiDifference& d, double least, double beyond, const Vec3* start, GjkResult& r,
+bool answer_or_descend(const MinkowskiDifference& d, double precision, double beyond, const Vec3* start, GjkResult& r,
                        LocalAnswer& answer) {
   const double far = tolerance::far_from_surface * d.scale();
   if (!(beyond < far)) {
-    r = descend(d, least, beyond, -infinity, start, far);
+    r = descend(d, precision, beyond, -infinity, start, far);
     if (r.lower > far) return false;
   }
   Vec3 towards = Vec3::Zero();
   if (answer_on_surface(d, beyond, far, towards, answer)) return true;
-  r = descend(d, least, beyond, -infinity, towards.isZero(0) ? start : &towards);
+  r = descend(d, precision, beyond, -infinity, towards.isZero(0) ? start : &towards);
   return false;
 }
 
@@ -166,8 +167,8 @@ bool surely_holds_origin(const Simplex& s) {
   for (int left_out = 0; left_out < 4; ++left_out) {
     const Vec3 &a = s.p[(left_out + 1) % 4].w, &b = s.p[(left_out + 2) % 4].w, &c = s.p[(left_out + 3) % 4].w;
     const Vec3 p = b.cwiseAbs(), q = c.cwiseAbs();
-    const double permanent = a.cwiseAbs().dot(Vec3(p[1] * q[2] + p[2] * q[1], p[2] * q[0] + p[0] * q[2],
-                                                   p[0] * q[1] + p[1] * q[0]));
+    const double permanent =
+        a.cwiseAbs().dot(Vec3(p[1] * q[2] + p[2] * q[1], p[2] * q[0] + p[0] * q[2], p[0] * q[1] + p[1] * q[0]));
     const double volume = a.dot(b.cross(c));
     if (!(std::abs(volume) > tolerance::permanent_rounding * permanent)) return false;
     if ((volume > 0) == (left_out % 2 == 0)) ++positive;  // each rotation of four corners is odd
@@ -217,12 +218,10 @@ bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* sta
 
 LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, const Vec3* start, double beyond) {
   const double ra = core_radius(d.a), rb = core_radius(d.b);
-  // Round surfaces are approached step by step: the last digits would cost more steps than they are worth.
-  const bool polytopes = is_polytope(d.a.kind) && is_polytope(d.b.kind);
-  const double least = polytopes ? tolerance::ends_on_polytopes : tolerance::ends_on_round;
+  const bool polytopes = d.polytopes();
   // Polytopes end after few steps anyway; results cut short by a tolerance were doubtful (3 times as long in the hard
   // class).
-  if (polytopes) tolerance = 0;
+  const double precision = polytopes ? tolerance::ends_on_polytopes : std::max(tolerance, tolerance::ends_on_round);
   const double scale = d.scale();
   LocalAnswer answer;
   const bool deep = polytopes && overlap_deeply(d);
@@ -232,9 +231,9 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     r.end = GjkResult::End::inside;
     r.lower = -infinity;
   } else if (polytopes && ra + rb == 0) {
-    if (answer_or_descend(d, std::max(tolerance, least), beyond, start, r, answer)) return answer;
+    if (answer_or_descend(d, precision, beyond, start, r, answer)) return answer;
   } else {
-    r = descend(d, std::max(tolerance, least), beyond + ra + rb, -infinity, start);
+    r = descend(d, precision, beyond + ra + rb, -infinity, start);
   }
   if (r.lower > beyond + ra + rb) {
     answer.signed_distance = r.lower - ra - rb;
@@ -249,10 +248,10 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     answer.normal = -unit(r.v, r.upper);
     set_points(r.simplex, answer);
     answer.gap = r.upper - std::max(r.lower, 0.0);
-    core.doubtful = polytopes && r.upper - r.along > std::max(tolerance, least) * r.upper + 4 * epsilon * scale;
+    core.doubtful = polytopes && r.upper - r.along > precision * r.upper + 4 * epsilon * scale;
   } else {
-    const double exact = polytopes ? 0 : std::max(tolerance * larger(d), least * scale);
-    core = expand_from(d, r, polytopes, deep, exact, answer);
+    const double exact = polytopes ? 0 : std::max(tolerance * larger(d), tolerance::ends_on_round * scale);
+    core = expand_from(d, r, deep, exact, answer);
   }
   if (core.doubtful) {
     LocalAnswer settled = answer;
@@ -262,11 +261,11 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
       core.distance = answer.signed_distance;
     }
   }
-  if (!polytopes && (core.distance < 0 || tolerance < least)) polish(d, core, answer);
+  if (!polytopes && (core.distance < 0 || tolerance < tolerance::ends_on_round)) polish(d, core, answer);
   answer.signed_distance = core.distance - ra - rb;
   answer.point_a += ra * answer.normal;
   answer.point_b -= rb * answer.normal;
-  if (answer.gap <= tolerance::no_gap * (d.scale() + std::abs(core.distance))) answer.gap = 0;
+  if (answer.gap <= tolerance::no_gap * (scale + std::abs(core.distance))) answer.gap = 0;
   return answer;
 }
 

@@ -31,14 +31,6 @@ void place(const LocalAnswer& local, const Pose& pose_a, PairAnswer& answer) {
   answer.point_b = pose_a * local.point_b;
 }
 
-/// Compares parameter by parameter, up to the first difference.
-template <std::size_t n>
-double difference(const double (&a)[n], const double (&b)[n]) {
-  for (std::size_t i = 0; i < n; ++i)
-    if (a[i] != b[i]) return a[i] - b[i];
-  return 0;
-}
-
 /// The distance of segments that are neither short nor nearly parallel, and whose gap is well above rounding; false for
 /// others. The first is centred at the origin. Inlined, so that results stay in registers and unused ones are not
 /// computed.
@@ -225,7 +217,7 @@ PairAnswer solve_capsules(const Parameters& a, const Pose& pose_a, const Paramet
     double radius, length;
     const Pose* pose;
   } const sides[2] = {{a[0], a[1], &pose_a}, {b[0], b[1], &pose_b}};
-  const double parameters = difference({a[0], a[1]}, {b[0], b[1]});
+  const double parameters = a[0] != b[0] ? a[0] - b[0] : a[1] - b[1];
   const std::size_t first = reversed(parameters, pose_a, pose_b) ? 1 : 0, second = 1 - first;
   const Side &p = sides[first], &q = sides[second];
   const SegmentDistance s = axes_distance(*p.pose, p.length, *q.pose, q.length);

@@ -106,9 +106,17 @@ constexpr PairSolver compile(ShapeKind a, ShapeKind b) {
     if (!holds(rule, a, b) && !holds(rule, b, a)) continue;
     if (rule.direct.forward != nullptr && rank(a) <= rank(b) && !holds(rule, a, b)) throw "a direct rule out of order";
     DirectSolver* solver = rank(a) <= rank(b) ? rule.direct.forward : rule.direct.exchanged;
-    return {rule.method, rule.collides, rule.lanes, rule.exactness, solver};
+    const bool exact = rule.exactness[static_cast<std::size_t>(Request::collide)] == Exactness::exact;
+    return {rule.method,    rule.collides, rule.lanes,
+            rule.exactness, solver,        rule.method == Method::cells || (rule.method == Method::bvh && exact)};
   }
   throw "two kinds without a rule";
+}
+
+const Rule* find_rule(Method method, ShapeKind a, ShapeKind b) {
+  for (const Rule& rule : rules)
+    if (rule.method == method && (holds(rule, a, b) || holds(rule, b, a))) return &rule;
+  return nullptr;
 }
 
 // Measured over 400 pairs of each two kinds, 80 a class; the error is three times the largest observed, and at least
@@ -118,6 +126,7 @@ constexpr SolverRow measured(ShapeKind a, ShapeKind b, Request request, Method m
                              double nanoseconds, double error) {
   return {a, b, request, name(method), tolerance, nanoseconds, error, Exactness::bounded};
 }
+// By pair of kinds and request, the cheapest first.
 constexpr std::array measured_rows = std::to_array<SolverRow>({
     measured(capsule, cylinder, Request::distance, Method::gjk, 0.01, 2952, 3e-02),
     measured(capsule, cylinder, Request::distance, Method::gjk, 0.001, 4126, 2e-03),
@@ -125,36 +134,11 @@ constexpr std::array measured_rows = std::to_array<SolverRow>({
     measured(ellipsoid, ellipsoid, Request::distance, Method::gjk, 0.001, 3875, 1e-03),
 });
 
-constexpr std::size_t requests = 3;
-
-constexpr std::size_t cell(ShapeKind a, ShapeKind b, Request request) {
-  const auto lo = static_cast<std::size_t>(std::min(a, b)), hi = static_cast<std::size_t>(std::max(a, b));
-  return (lo * shape_kinds + hi) * requests + static_cast<std::size_t>(request);
-}
-
-/// The index of each pair's first measured row; a pair without rows begins where its successor does.
-constexpr auto first_row = [] {
-  std::array<std::uint16_t, shape_kinds * shape_kinds * requests + 1> first{};
-  for (const SolverRow& row : measured_rows) ++first[cell(row.a, row.b, row.request) + 1];
-  for (std::size_t i = 1; i < first.size(); ++i) first[i] = static_cast<std::uint16_t>(first[i] + first[i - 1]);
-  return first;
-}();
-
-constexpr bool in_order() {
-  for (std::size_t i = 1; i < measured_rows.size(); ++i) {
-    const SolverRow &x = measured_rows[i - 1], &y = measured_rows[i];
-    const std::size_t cx = cell(x.a, x.b, x.request), cy = cell(y.a, y.b, y.request);
-    if (cx > cy || (cx == cy && x.nanoseconds > y.nanoseconds)) return false;
-  }
-  return true;
-}
-static_assert(in_order(), "by pair of kinds and request, then the cheapest first");
-
 /// The cheapest measured row whose error is within the tolerance; null if there is none.
 const SolverRow* cheapest_row(ShapeKind a, ShapeKind b, Request request, double tolerance) {
-  const std::size_t c = cell(a, b, request);
-  for (std::size_t i = first_row[c]; i < first_row[c + 1]; ++i)
-    if (measured_rows[i].error <= tolerance) return &measured_rows[i];
+  for (const SolverRow& row : measured_rows)
+    if (row.a == std::min(a, b) && row.b == std::max(a, b) && row.request == request && row.error <= tolerance)
+      return &row;
   return nullptr;
 }
 
@@ -167,16 +151,6 @@ constinit const std::array<std::array<PairSolver, shape_kinds>, shape_kinds> pai
       table[a][b] = compile(static_cast<ShapeKind>(a), static_cast<ShapeKind>(b));
   return table;
 }();
-
-namespace {
-
-const Rule* find_rule(Method method, ShapeKind a, ShapeKind b) {
-  for (const Rule& rule : rules)
-    if (rule.method == method && (holds(rule, a, b) || holds(rule, b, a))) return &rule;
-  return nullptr;
-}
-
-}  // namespace
 
 bool covers(Method method, ShapeKind a, ShapeKind b) { return find_rule(method, a, b) != nullptr; }
 

@@ -25,6 +25,7 @@ struct PairSolver {
   LaneGroup lanes;
   std::array<Exactness, 3> exactness;  ///< accuracy by request
   DirectSolver* direct;                ///< straight from the parameters; null if the pair must be prepared
+  bool one_verdict;                    ///< all requests decide collision by the same tests, exact ones or cell by cell
 };
 
 extern const std::array<std::array<PairSolver, shape_kinds>, shape_kinds> pair_solvers;
@@ -32,9 +33,9 @@ inline const PairSolver& pair_solver(ShapeKind a, ShapeKind b) {
   return pair_solvers[static_cast<std::size_t>(a)][static_cast<std::size_t>(b)];
 }
 
-/// True if the request is undefined for the (unordered) pair.
-inline bool is_refused(ShapeKind a, ShapeKind b, Request request) {
-  return pair_solver(a, b).exactness[static_cast<std::size_t>(request)] == Exactness::refused;
+/// True if the request is undefined for the pair.
+inline bool is_refused(const PairSolver& pair, Request request) {
+  return pair.exactness[static_cast<std::size_t>(request)] == Exactness::refused;
 }
 
 /// True if the method can answer this (unordered) pair of kinds.

@@ -120,12 +120,6 @@ class SpanSearch {
   const CircleFloor& floor_;
 };
 
-template <class Supporting>
-void search_spans(Minima& m, const Circle& circle, const Span* spans, int count, double add,
-                  const Supporting& supporting, const CircleFloor& floor) {
-  SpanSearch(m, circle, add, supporting, floor).search(spans, count);
-}
-
 }  // namespace
 
 void search_circle(Minima& m, int which, const Circle& circle, bool kink) {
@@ -157,8 +151,8 @@ void search_circle(Minima& m, int which, const Circle& circle, bool kink) {
   }
   Span spans[start];
   for (int i = 0; i < start; ++i) spans[i] = {samples[i], samples[(i + 1) % start]};
-  search_spans(m, circle, spans, start, add, support,
-               level ? CircleFloor(other, circle, body.middle()) : CircleFloor(circle));
+  const CircleFloor floor = level ? CircleFloor(other, circle, body.middle()) : CircleFloor(circle);
+  SpanSearch(m, circle, add, support, floor).search(spans, start);
 }
 
 void search_face_arcs(Minima& m, int which, const FaceReach& reach) {
@@ -175,7 +169,7 @@ void search_face_arcs(Minima& m, int which, const FaceReach& reach) {
     const Span span{{n0, support(n0)}, {n1, support(n1)}};
     for (const Sample* end : {&span.first, &span.last})
       if (end->out.dot(end->p) < m.best.h - m.rounding) m.try_from(end->out);
-    search_spans(m, circle, &span, 1, 0, support, CircleFloor(other, circle, corner));
+    SpanSearch(m, circle, 0, support, CircleFloor(other, circle, corner)).search(&span, 1);
   };
   if (body.kind() == ShapeKind::box) {
     for (const FaceArc& arc : box_arcs) follow(arc.v[0], arc.face[0], arc.face[1]);
@@ -183,9 +177,8 @@ void search_face_arcs(Minima& m, int which, const FaceReach& reach) {
     for (const std::uint32_t i : {0u, 1u, 2u})
       for (const std::uint32_t face : {0u, 1u}) follow(i, face, 2 + i);
   } else {
-    const std::vector<Hull::Edge>& edges = body.hull().edges;
-    WorkMeter meter(m.pair.difference.limit, edges.size() > few_edges ? 0 : few_edges);
-    for (const Hull::Edge& e : edges) {
+    WorkMeter meter(m.pair.difference.limit, unchecked_edges(body.hull()));
+    for (const Hull::Edge& e : body.hull().edges) {
       meter.spend();
       follow(e.v[0], e.face[0], e.face[1]);
     }

@@ -5,12 +5,6 @@
 
 namespace tandem {
 
-/// The unit of absolute rounding errors: a hull may be far from its own origin.
-inline double rounding_scale(const MinkowskiDifference& d) {
-  const auto off_origin = [](const ConvexView& v) { return v.hull != nullptr ? v.hull->inside.norm() : 0.0; };
-  return d.scale() + off_origin(d.a) + off_origin(d.b);
-}
-
 /// A - B as the sum of two bodies, in A's frame.
 struct RoundPair {
   explicit RoundPair(const MinkowskiDifference& d)

@@ -6,21 +6,21 @@
 namespace tandem {
 namespace {
 
-Feature hull_feature(const FeatureBody& body, const Spot& spot) {
+Feature hull_feature(const FeatureBody& body, const NearestOnBody& nearest) {
   const ConvexView& core = body.core;
   Feature f;
-  f.surface = spot.surface;
+  f.surface = nearest.surface;
   if (f.surface == Surface::flat) {
-    f.face = spot.face;
-    f.axis = body.turned_out(core.hull->faces[spot.face].normal);
-    f.point = body.out(spot.q);
+    f.face = nearest.face;
+    f.axis = body.frame_direction(core.hull->faces[nearest.face].normal);
+    f.point = body.frame_point(nearest.q);
   } else if (f.surface == Surface::straight) {
-    const Vec3 v = core.vertices[spot.vertex], along = core.vertices[spot.other] - v;
+    const Vec3 v = core.vertices[nearest.vertex], along = core.vertices[nearest.other] - v;
     f.high = along.norm();
-    f.axis = body.turned_out(unit(along));
-    f.point = body.out(v);
+    f.axis = body.frame_direction(unit(along));
+    f.point = body.frame_point(v);
   } else {
-    f.point = body.out(spot.q);
+    f.point = body.frame_point(nearest.q);
   }
   return f;
 }
@@ -39,7 +39,7 @@ void set_line(const FeatureBody& body, const Vec3& q, double least, Feature& f) 
     const int k = box_axis(core, q, least, false);
     f.axis = body.axis(k);
     f.high = core.param[static_cast<std::size_t>(k)];
-    f.point = body.out(q) - q[k] * f.axis;
+    f.point = body.frame_point(q) - q[k] * f.axis;
   } else {
     f.axis = body.axis(2);
     f.high = 0.5 * core.param[1];
@@ -55,49 +55,50 @@ bool face_to_body(const FeatureBody& body, const Feature& flat, const FeatureBod
   w.n = flat.axis;
   w.b = other.support(-w.n);
   w.a = w.b - (w.b - flat.point).dot(w.n) * w.n;
-  const Vec3 q = body.in(w.a);
+  const Vec3 q = body.local_point(w.a);
   if (body.core.kind == ShapeKind::convex) {
-    const Vec3 end = end_on_face(*body.core.hull, flat.face, body.in(flat.point), q, rounding);
-    w.a = body.out(end);
+    const Vec3 end = end_on_face(*body.core.hull, flat.face, body.local_point(flat.point), q, rounding);
+    w.a = body.frame_point(end);
     return end == q;
   }
   Vec3 moved = q;
   move_into(body.core, moved, 0);
-  w.a = body.out(moved);
+  w.a = body.frame_point(moved);
   return (moved - q).squaredNorm() <= rounding * rounding;
 }
 
 }  // namespace
 
-Spot project(const FeatureBody& body, Vec3& p, double least, const Spot* last) {
-  Spot spot;
-  spot.q = body.in(p);
+NearestOnBody project(const FeatureBody& body, Vec3& p, double least, const NearestOnBody* last) {
+  NearestOnBody nearest;
+  nearest.q = body.local_point(p);
   if (body.core.kind == ShapeKind::convex) {
     const Hull& hull = *body.core.hull;
-    const std::uint32_t from =
-        last != nullptr ? last->vertex : core_support_point(body.core, spot.q - hull.inside, support_kernel()).vertex;
-    const HullSpot found = nearest_on_hull(hull, spot.q, from);
-    spot = {found.q, found.surface, false, found.vertex, found.other, found.face};
+    const std::uint32_t from = last != nullptr
+                                   ? last->vertex
+                                   : core_support_point(body.core, nearest.q - hull.inside, support_kernel()).vertex;
+    const NearestOnHull found = nearest_on_hull(hull, nearest.q, from);
+    nearest = {found.q, found.surface, false, found.vertex, found.other, found.face};
   } else {
-    const Projection moved = move_into(body.core, spot.q, least);
-    spot.surface = moved.surface, spot.inside = moved.inside;
+    const Projection moved = move_into(body.core, nearest.q, least);
+    nearest.surface = moved.surface, nearest.inside = moved.inside;
   }
-  p = body.out(spot.q);
-  return spot;
+  p = body.frame_point(nearest.q);
+  return nearest;
 }
 
-Feature feature(const FeatureBody& body, const Spot& spot, double least) {
+Feature feature(const FeatureBody& body, const NearestOnBody& nearest, double least) {
   const ConvexView& core = body.core;
-  if (core.kind == ShapeKind::convex) return hull_feature(body, spot);
-  const Vec3& q = spot.q;
+  if (core.kind == ShapeKind::convex) return hull_feature(body, nearest);
+  const Vec3& q = nearest.q;
   const double half = 0.5 * core.param[1];
   Feature f;
-  f.surface = spot.surface;
+  f.surface = nearest.surface;
   switch (f.surface) {
     case Surface::flat: {
       const int k = core.kind == ShapeKind::box ? box_axis(core, q, least, true) : 2;
       f.axis = std::copysign(1.0, q[k]) * body.axis(k);
-      f.point = body.out(q);
+      f.point = body.frame_point(q);
       break;
     }
     case Surface::straight:
@@ -120,7 +121,7 @@ Feature feature(const FeatureBody& body, const Spot& spot, double least) {
       break;
     }
     default:
-      f.point = body.out(q);
+      f.point = body.frame_point(q);
   }
   return f;
 }

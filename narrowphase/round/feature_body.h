@@ -13,15 +13,15 @@ struct FeatureBody {
   const Mat3* axes;  ///< null: the frame's axes
   Vec3 centre;
 
-  Vec3 turned_in(const Vec3& v) const { return axes != nullptr ? Vec3(axes->transpose() * v) : v; }
-  Vec3 in(const Vec3& p) const { return axes != nullptr ? Vec3(axes->transpose() * (p - centre)) : p; }
-  Vec3 out(const Vec3& q) const { return axes != nullptr ? Vec3(*axes * q + centre) : q; }
-  Vec3 turned_out(const Vec3& v) const { return axes != nullptr ? Vec3(*axes * v) : v; }
+  Vec3 local_direction(const Vec3& v) const { return axes != nullptr ? Vec3(axes->transpose() * v) : v; }
+  Vec3 local_point(const Vec3& p) const { return axes != nullptr ? Vec3(axes->transpose() * (p - centre)) : p; }
+  Vec3 frame_point(const Vec3& q) const { return axes != nullptr ? Vec3(*axes * q + centre) : q; }
+  Vec3 frame_direction(const Vec3& v) const { return axes != nullptr ? Vec3(*axes * v) : v; }
   Vec3 axis(int k) const { return axes != nullptr ? Vec3(axes->col(k)) : Vec3(Vec3::Unit(k)); }
 
   /// The support along n relative to its centre.
   double reach(const Vec3& n) const {
-    const Vec3 m = turned_in(n);
+    const Vec3 m = local_direction(n);
     const double half = 0.5 * core.param[1];
     switch (core.kind) {
       case ShapeKind::box:
@@ -45,22 +45,22 @@ struct FeatureBody {
     }
     return std::numeric_limits<double>::infinity();
   }
-  Vec3 support(const Vec3& n) const { return out(core_support(core, turned_in(n))); }
+  Vec3 support(const Vec3& n) const { return frame_point(core_support(core, local_direction(n))); }
 };
 
 /// The point of a body nearest to another point.
-struct Spot {
+struct NearestOnBody {
   Vec3 q;  ///< in the body's frame
   Surface surface;
   bool inside = false;                            ///< the given point lies in the body, deeper than rounding
-  std::uint32_t vertex = 0, other = 0, face = 0;  ///< for a hull: as in HullSpot
+  std::uint32_t vertex = 0, other = 0, face = 0;  ///< for a hull: as in NearestOnHull
 };
 
 /// Moves p to the nearest point of the body. On a hull the search starts at the last result, if any.
-Spot project(const FeatureBody& body, Vec3& p, double least, const Spot* last = nullptr);
+NearestOnBody project(const FeatureBody& body, Vec3& p, double least, const NearestOnBody* last = nullptr);
 
-/// The feature on which the spot lies.
-Feature feature(const FeatureBody& body, const Spot& spot, double least);
+/// The feature on which that point lies.
+Feature feature(const FeatureBody& body, const NearestOnBody& nearest, double least);
 
 /// The nearest points of two features; w.n approximates the direction. False where it leaves them.
 bool nearest_points(const FeatureBody& a, const Feature& fa, const FeatureBody& b, const Feature& fb, double rounding,

@@ -87,7 +87,7 @@ bool straight_to_straight(const Feature& a, const Feature& b, double rounding, N
     return line_to_line(a, b, n, rounding, w);
   }
   // n = x a + y b + z (a x b) with n a = sin_a and n b = -sin_b. Flat cones have sines near 1: differences of products
-  // of these are told by cosines and by `opposite`, 1 + a b, which keep their digits.
+  // of these are computed from cosines and by `opposite`, 1 + a b, which keep their digits.
   const double d = a.axis.dot(b.axis), cosines = a.cosine * b.cosine;
   const double opposite = d < 0 ? det / (1 - d) : 1 + d;
   const double a2 = a.cosine * a.cosine, b2 = b.cosine * b.cosine, sum = a.sine + b.sine;
@@ -149,7 +149,7 @@ bool circle_to_line(Feature circle, const Feature& line, double rounding, Neares
   } else {
     // Perpendicular to both: where they nearly touch, their difference is noise.
     const Vec3 across = line.axis.cross(c * circle.v - s * circle.u);
-    out = unit_along(across.squaredNorm() > tolerance::square_lines2 ? across : out, -w.n);
+    out = unit_along(across.squaredNorm() > tolerance::clearly_crossing2 ? across : out, -w.n);
   }
   const double t = on.dot(straight.axis);
   w.b = straight.point + std::clamp(t, straight.low, straight.high) * straight.axis + (side ? 0 : line.radius) * out;
@@ -177,7 +177,7 @@ bool circle_to_circle(Feature a, Feature b, NearestPoints& w) {
   }
   w.a = a.point + a.radius * (a.c * a.u + a.s * a.v), w.b = b.point + b.radius * (b.c * b.u + b.s * b.v);
   const Vec3 across = (a.c * a.v - a.s * a.u).cross(b.c * b.v - b.s * b.u);
-  w.n = unit_along(across.squaredNorm() > tolerance::square_lines2 ? across : Vec3(w.b - w.a), w.n);
+  w.n = unit_along(across.squaredNorm() > tolerance::clearly_crossing2 ? across : Vec3(w.b - w.a), w.n);
   return found;
 }
 

@@ -36,15 +36,15 @@ class FeatureSearch {
   bool accept(const NearestPoints& points);
 
   double reach(const Vec3& n) const { return a_.reach(n) + b_.reach(-n) - n.dot(d_.pose.translation); }
-  void to_a(NearestPoints& points) { points.a = points.b, spot_a_ = project(a_, points.a, rounding_, &spot_a_); }
-  void to_b(NearestPoints& points) { points.b = points.a, spot_b_ = project(b_, points.b, rounding_, &spot_b_); }
-  bool lost() const { return spot_a_.surface == Surface::none || spot_b_.surface == Surface::none; }
+  void to_a(NearestPoints& points) { points.a = points.b, nearest_a_ = project(a_, points.a, rounding_, &nearest_a_); }
+  void to_b(NearestPoints& points) { points.b = points.a, nearest_b_ = project(b_, points.b, rounding_, &nearest_b_); }
+  bool lost() const { return nearest_a_.surface == Surface::none || nearest_b_.surface == Surface::none; }
 
   const MinkowskiDifference& d_;
   const double below_, rounding_;
   const FeatureBody a_;
   FeatureBody b_;
-  Spot spot_a_, spot_b_;
+  NearestOnBody nearest_a_, nearest_b_;
   NearestPoints w_;
   bool apart_ = false;
   Support found_;
@@ -52,7 +52,7 @@ class FeatureSearch {
 
 Support FeatureSearch::run(bool* common) {
   begin();
-  if (common != nullptr && (*common = spot_a_.inside || spot_b_.inside)) return found_;
+  if (common != nullptr && (*common = nearest_a_.inside || nearest_b_.inside)) return found_;
   const double clear = clearance * std::min(d_.a.size, d_.b.size);
   for (int round = 0; round < rounds; ++round) {
     const double h = reach(w_.n);
@@ -67,14 +67,14 @@ Support FeatureSearch::run(bool* common) {
 
 /// Begins with the point of A nearest to B's centre, the point of B nearest to that, and the direction between.
 void FeatureSearch::begin() {
-  const Vec3 centre_b = b_.out(core_centre(d_.b));
+  const Vec3 centre_b = b_.frame_point(core_centre(d_.b));
   w_.a = centre_b;
   const Vec3 between = w_.a - core_centre(d_.a);
-  spot_a_ = project(a_, w_.a, rounding_);
+  nearest_a_ = project(a_, w_.a, rounding_);
   w_.b = w_.a;
-  spot_b_ = project(b_, w_.b, rounding_);
+  nearest_b_ = project(b_, w_.b, rounding_);
   apart_ = !lost();
-  w_.n = apart_ ? w_.b - w_.a : spot_a_.surface != Surface::none ? centre_b - w_.a : between;
+  w_.n = apart_ ? w_.b - w_.a : nearest_a_.surface != Surface::none ? centre_b - w_.a : between;
   w_.n = unit_or(w_.n, found_.n);
 }
 
@@ -98,7 +98,7 @@ bool FeatureSearch::bring_near(int round, bool near, const Vec3& shift) {
   to_a(w_);
   // A hull's features are small, so the initial points should be closer: project once more.
   if ((is_hull(d_.a) || is_hull(d_.b)) && (round > 0 || near)) to_b(w_), to_a(w_);
-  if (spot_a_.surface == Surface::corner) to_b(w_);
+  if (nearest_a_.surface == Surface::corner) to_b(w_);
   if (lost()) return false;
   w_.n = unit_or(w_.b - w_.a, w_.n);
   b_.centre = d_.pose.translation;
@@ -113,8 +113,8 @@ bool FeatureSearch::meet(const Vec3& shift) {
   NearestPoints points = w_;
   for (int turn = 0; turn < turns; ++turn) {
     points.n = w_.n;
-    const bool between =
-        nearest_points(a_, feature(a_, spot_a_, rounding_), b_, feature(b_, spot_b_, rounding_), rounding_, points);
+    const bool between = nearest_points(a_, feature(a_, nearest_a_, rounding_), b_, feature(b_, nearest_b_, rounding_),
+                                        rounding_, points);
     if (turn == 0) w_.b = points.b;
     const double length = points.n.norm();
     if (between && length > 0.5 && length < 2) {

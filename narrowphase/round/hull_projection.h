@@ -8,7 +8,7 @@
 namespace tandem {
 
 /// The point of a hull nearest to another.
-struct HullSpot {
+struct NearestOnHull {
   Surface surface = Surface::none;
   Vec3 q = Vec3::Zero();
   std::uint32_t vertex = 0;  ///< the corner; for an edge or a face one of its corners
@@ -22,7 +22,7 @@ inline bool has_rings(const Hull& hull) { return !hull.neighbour_face.empty(); }
 /// The nearest point to p, by steps from the vertex `from` over edges and faces (Lin and Canny 1991), each nearer than
 /// the one before: a vertex, an edge or a face over which p lies. `none`, q = p, if p lies beneath the face on which
 /// the search ends, as it does inside, or if there are many steps.
-HullSpot nearest_on_hull(const Hull& hull, const Vec3& p, std::uint32_t from);
+NearestOnHull nearest_on_hull(const Hull& hull, const Vec3& p, std::uint32_t from);
 
 /// True if a point of the face's plane lies on the face, at least `inward` from its edges.
 bool on_face(const Hull& hull, std::uint32_t face, const Vec3& q, double inward);

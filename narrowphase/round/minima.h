@@ -5,8 +5,11 @@
 
 namespace tandem {
 
-/// Work on a hull's edges, in units of the meter, before a limit is first checked: most hulls have fewer.
-inline constexpr int few_edges = 512;
+/// Work on a hull's edges, in units of the meter, before a limit is first checked: for a large hull none.
+inline int unchecked_edges(const Hull& hull) {
+  constexpr int few_edges = 512;
+  return hull.edges.size() > few_edges ? 0 : few_edges;
+}
 
 /// The known minima of h during the search for the least.
 struct Minima {

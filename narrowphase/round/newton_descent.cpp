@@ -64,6 +64,36 @@ Vec3 off_axis(const Circle& c, const Vec3& n) {
   return out;
 }
 
+/// The disc of body `which` that faces along `side` times its axis as the supporting face: optimal if it touches the
+/// other body's face. Otherwise `away` is the tangent in which h falls most, as long as it falls fast.
+Support facing_disc(const RoundPair& pair, int which, double side, Vec3& away) {
+  constexpr int corners = 16;
+  const RoundBody &body = pair.body[which], &other = pair.body[1 - which];
+  Support r;
+  r.n = side * body.axis();
+  const Vec3 centre = body.circle_centre(body.support_piece(r.n));
+  Vec3 points[corners];
+  double disc = 0;
+  const int count = other.face(r.n, 8 * epsilon * pair.scale, points, corners, disc);
+  const Vec3 u = any_perpendicular(r.n), v = r.n.cross(u);
+  PlaneSum flat[corners];
+  for (int i = 0; i < count; ++i) {
+    const Vec3 w = centre + points[i];
+    flat[i] = {u.dot(w), v.dot(w), i, 0};
+  }
+  const NearestFlat z = nearest_flat(flat, count);
+  const double apart = std::sqrt(z.x * z.x + z.y * z.y);
+  r.h = r.n.dot(centre + points[0]);
+  const double reach = body.radius() + disc;
+  r.optimal = apart <= reach;
+  away = r.optimal ? Vec3::Zero() : Vec3((reach / apart - 1) * (z.x * u + z.y * v));
+  const Vec3 off = (r.optimal ? 1.0 : reach / apart) * (z.x * u + z.y * v);
+  r.point[which] = centre - body.radius() / reach * off;
+  for (int k = 0; k < z.count; ++k) r.point[1 - which] += z.weight[k] * points[z.index[k]];
+  r.point[1 - which] -= disc / reach * off;
+  return r;
+}
+
 }  // namespace
 
 /// Computes h and the least subgradient at n, for which the points of the first pieces are known; keeps the pieces that
@@ -291,34 +321,6 @@ Support NewtonDescent::run() {
     if (!step_along(pair_.body[b].circle(active_[b].piece[0], active_[b].piece[1]))) break;
   }
   return at_;
-}
-
-Support facing_disc(const RoundPair& pair, int which, double side, Vec3& away) {
-  constexpr int corners = 16;
-  const RoundBody &body = pair.body[which], &other = pair.body[1 - which];
-  Support r;
-  r.n = side * body.axis();
-  const Vec3 centre = body.circle_centre(body.support_piece(r.n));
-  Vec3 points[corners];
-  double disc = 0;
-  const int count = other.face(r.n, 8 * epsilon * pair.scale, points, corners, disc);
-  const Vec3 u = any_perpendicular(r.n), v = r.n.cross(u);
-  PlaneSum flat[corners];
-  for (int i = 0; i < count; ++i) {
-    const Vec3 w = centre + points[i];
-    flat[i] = {u.dot(w), v.dot(w), i, 0};
-  }
-  const NearestFlat z = nearest_flat(flat, count);
-  const double apart = std::sqrt(z.x * z.x + z.y * z.y);
-  r.h = r.n.dot(centre + points[0]);
-  const double reach = body.radius() + disc;
-  r.optimal = apart <= reach;
-  away = r.optimal ? Vec3::Zero() : Vec3((reach / apart - 1) * (z.x * u + z.y * v));
-  const Vec3 off = (r.optimal ? 1.0 : reach / apart) * (z.x * u + z.y * v);
-  r.point[which] = centre - body.radius() / reach * off;
-  for (int k = 0; k < z.count; ++k) r.point[1 - which] += z.weight[k] * points[z.index[k]];
-  r.point[1 - which] -= disc / reach * off;
-  return r;
 }
 
 }  // namespace tandem

@@ -75,8 +75,4 @@ class NewtonDescent {
                             // h no longer tells
 };
 
-/// The disc of body `which` that faces along `side` times its axis as the supporting face: optimal if it touches the
-/// other body's face. Otherwise `away` is the tangent in which h falls most, as long as it falls fast.
-Support facing_disc(const RoundPair& pair, int which, double side, Vec3& away);
-
 }  // namespace tandem

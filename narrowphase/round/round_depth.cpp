@@ -138,7 +138,7 @@ void Search::try_axes() {
   const RoundBody &a = pair_.body[0], &b = pair_.body[1];
   const auto across = [&](const Vec3& u, const Vec3& v) {
     const Vec3 c = u.cross(v);
-    if (c.squaredNorm() > tolerance::parallel_planes2) axes[count++] = c.normalized();
+    if (c.squaredNorm() > tolerance::parallel_lines2) axes[count++] = c.normalized();
   };
   const RoundBody* box = a.kind() == ShapeKind::box ? &a : b.kind() == ShapeKind::box ? &b : nullptr;
   if (box != nullptr && !descended_ && (a.has_circle() || b.has_circle())) {
@@ -250,9 +250,6 @@ double Search::search_meridian() {
                 {sine > tolerance::leaning_axes ? Vec3(across / sine) : any_perpendicular(axis)}, false);
   return std::exchange(m_.gap, known);
 }
-
-/// A large hull looks at its limit from the start.
-int unchecked_edges(const Hull& hull) { return hull.edges.size() > few_edges ? 0 : few_edges; }
 
 /// Descends from the normals of a hull's faces with smaller supports: those of a flat hull lie so close together that a
 /// descent from a polytope's face finds only one of their minima.

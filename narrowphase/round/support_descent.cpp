@@ -101,7 +101,7 @@ Support settle(const RoundPair& pair, const Vec3& n, double below) {
     for (int round = 0; round < rounds; ++round) {
       const double shift = std::max(0.0, h + out);
       moved.pose.translation = pair.difference.pose.translation + shift * from;
-      const GjkResult r = gjk(moved, tolerance::ends_at_standstill, infinity, -infinity);
+      const GjkResult r = gjk(moved, tolerance::ends_at_standstill);
       // The point of each body, whatever the rounding of their difference.
       Vec3 a = Vec3::Zero(), b = shift * from;
       for (int i = 0; i < r.simplex.count; ++i) {

@@ -41,9 +41,15 @@ struct MinkowskiDifference {
            pose.rotation * (core_vertex(b, p.vertex_b) - core_vertex(b, q.vertex_b));
   }
   bool polytopes() const { return is_polytope(a.kind) && is_polytope(b.kind); }
-  /// The unit of absolute rounding errors.
+  /// The unit of absolute rounding errors of points near both origins.
   double scale() const { return a.size + b.size + pose.translation.norm(); }
 };
+
+/// The unit of absolute rounding errors where a hull may be far from its own origin.
+inline double rounding_scale(const MinkowskiDifference& d) {
+  const auto off_origin = [](const ConvexView& v) { return v.hull != nullptr ? v.hull->inside.norm() : 0.0; };
+  return d.scale() + off_origin(d.a) + off_origin(d.b);
+}
 
 /// The unit of relative tolerances.
 inline double larger(const MinkowskiDifference& d) { return std::max(d.a.size, d.b.size); }

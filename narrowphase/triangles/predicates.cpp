@@ -5,250 +5,12 @@
 #include <cmath>
 #include <limits>
 #include <optional>
-#include <variant>
 
 #include "tolerances.h"
-#include "triangles/exact_number.h"
+#include "triangles/exact_triangles.h"
 
 namespace tandem {
-namespace {
-
-using Corners = std::array<Vec3, 3>;
-using Signs = std::array<int, 3>;
-
-constexpr std::size_t next_corner(std::size_t k) { return k == 2 ? 0 : k + 1; }
-bool all_on_one_side(const Signs& s) { return s[0] != 0 && s[0] == s[1] && s[1] == s[2]; }
-// True if no two signs oppose: a line that passes all edges of a triangle on one side, or touches, crosses it.
-bool no_two_sides(const Signs& s) {
-  return (s[0] >= 0 && s[1] >= 0 && s[2] >= 0) || (s[0] <= 0 && s[1] <= 0 && s[2] <= 0);
-}
-
-// ---- Exact: the definition, for any type of integer whose sums and products are exact ----
-
-template <class N>
-using Point = std::array<N, 3>;
-
-constexpr std::size_t no_axis = 3;
-
-template <class N>
-Point<N> operator-(const Point<N>& p, const Point<N>& q) {
-  return {p[0] - q[0], p[1] - q[1], p[2] - q[2]};
-}
-
-template <class N>
-auto minor(const Point<N>& u, const Point<N>& v, std::size_t k) {
-  const std::size_t i = next_corner(k), j = next_corner(i);
-  return u[i] * v[j] - u[j] * v[i];
-}
-
-template <class N>
-auto cross(const Point<N>& u, const Point<N>& v) {
-  return Point<decltype(u[0] * v[0])>{minor(u, v, 0), minor(u, v, 1), minor(u, v, 2)};
-}
-
-template <class M, class N>
-int dot_sign(const Point<M>& u, const Point<N>& v) {
-  return (u[0] * v[0] + u[1] * v[1] + u[2] * v[2]).sign();
-}
-
-template <class N>
-std::size_t axis_of(const Point<N>& n) {  // the first axis along which n is not zero, or no_axis
-  for (std::size_t k = 0; k < 3; ++k)
-    if (n[k].sign() != 0) return k;
-  return no_axis;
-}
-
-template <class N>
-int orient(const Point<N>& a, const Point<N>& b, const Point<N>& c, const Point<N>& d) {
-  return dot_sign(cross(b - d, c - d), a - d);
-}
-
-// The orientation of three points projected onto the plane without coordinate `drop`.
-template <class N>
-int orient2(const Point<N>& a, const Point<N>& b, const Point<N>& c, std::size_t drop) {
-  return minor(b - a, c - a, drop).sign();
-}
-
-template <class N>
-bool intervals_meet(const N& p, const N& q, const N& r, const N& s) {
-  const bool pq = (q - p).sign() >= 0, rs = (s - r).sign() >= 0;
-  return ((rs ? s : r) - (pq ? p : q)).sign() >= 0 && ((pq ? q : p) - (rs ? r : s)).sign() >= 0;
-}
-
-// True if closed segments intersect, in a plane that projects one to one along `drop`. Either may be a point.
-template <class N>
-bool segments_meet2(const Point<N>& p, const Point<N>& q, const Point<N>& r, const Point<N>& s, std::size_t drop) {
-  const int o1 = orient2(p, q, r, drop), o2 = orient2(p, q, s, drop);
-  if (o1 * o2 > 0) return false;
-  const int o3 = orient2(r, s, p, drop), o4 = orient2(r, s, q, drop);
-  if (o3 * o4 > 0) return false;
-  if (o1 != 0 || o2 != 0 || o3 != 0 || o4 != 0) return true;
-  const std::size_t i = next_corner(drop), j = next_corner(i);
-  return intervals_meet(p[i], q[i], r[i], s[i]) && intervals_meet(p[j], q[j], r[j], s[j]);
-}
-
-template <class N>
-bool segments_meet(const Point<N>& p, const Point<N>& q, const Point<N>& r, const Point<N>& s) {
-  const Point<N> pq = q - p, pr = r - p, ps = s - p, qr = r - q, qs = s - q;
-  for (const auto& n : {cross(pq, pr), cross(pq, ps), cross(pr, ps), cross(qr, qs)})
-    if (const std::size_t drop = axis_of(n); drop != no_axis)
-      return orient(p, q, r, s) == 0 && segments_meet2(p, q, r, s, drop);
-  // All on one line, or one point.
-  for (std::size_t k = 0; k < 3; ++k)
-    if (!intervals_meet(p[k], q[k], r[k], s[k])) return false;
-  return true;
-}
-
-template <class N>
-class ExactTriangle {
- public:
-  std::array<Point<N>, 3> p;
-
-  std::size_t drop() {  // an axis along which the triangle's plane projects one to one; no_axis: no area
-    if (!normal_) normal_ = cross(p[1] - p[0], p[2] - p[0]), drop_ = axis_of(*normal_);
-    return drop_;
-  }
-  int side(const Point<N>& q) { return drop() == no_axis ? 0 : dot_sign(*normal_, q - p[0]); }
-  Signs sides(const ExactTriangle& other) { return {side(other.p[0]), side(other.p[1]), side(other.p[2])}; }
-  // In the triangle's plane: the side of the line from q to r on which s lies, as seen from where the corners are
-  // counterclockwise.
-  int turn(const Point<N>& q, const Point<N>& r, const Point<N>& s) {
-    return orient2(q, r, s, drop()) * (*normal_)[drop()].sign();
-  }
-  // True if segment q r intersects; its ends lie on sides sq and sr of the plane.
-  bool meets(const Point<N>& q, const Point<N>& r, int sq, int sr) {
-    if (drop() == no_axis) {
-      for (std::size_t k = 0; k < 3; ++k)
-        if (segments_meet(q, r, p[k], p[next_corner(k)])) return true;
-      return false;
-    }
-    if (sq * sr > 0) return false;
-    if (sq == 0 && sr == 0) return meets_coplanar(q, r);
-    return no_two_sides({orient(q, r, p[0], p[1]), orient(q, r, p[1], p[2]), orient(q, r, p[2], p[0])});
-  }
-
- private:
-  bool holds_coplanar(const Point<N>& q) const {
-    return no_two_sides({orient2(p[0], p[1], q, drop_), orient2(p[1], p[2], q, drop_), orient2(p[2], p[0], q, drop_)});
-  }
-  bool meets_coplanar(const Point<N>& q, const Point<N>& r) const {
-    if (holds_coplanar(q) || holds_coplanar(r)) return true;
-    for (std::size_t k = 0; k < 3; ++k)
-      if (segments_meet2(q, r, p[k], p[next_corner(k)], drop_)) return true;
-    return false;
-  }
-
-  std::optional<Point<decltype(N() * N())>> normal_;
-  std::size_t drop_ = no_axis;
-};
-
-template <class N>
-struct ExactPair {
-  ExactTriangle<N> a, b;
-
-  // Two closed triangles intersect if and only if an edge of one intersects the other: an extreme point of the
-  // intersection lies on the border of one of them.
-  bool meet() {
-    const Signs side_a = b.sides(a);
-    if (all_on_one_side(side_a)) return false;
-    const Signs side_b = a.sides(b);
-    if (all_on_one_side(side_b)) return false;
-    for (std::size_t k = 0; k < 3; ++k) {
-      if (b.meets(a.p[k], a.p[next_corner(k)], side_a[k], side_a[next_corner(k)])) return true;
-      if (a.meets(b.p[k], b.p[next_corner(k)], side_b[k], side_b[next_corner(k)])) return true;
-    }
-    return false;
-  }
-};
-
-struct DyadicPose {
-  std::array<Dyadic, 9> rotation;  // row by row
-  Point<Dyadic> translation;
-
-  explicit DyadicPose(const Pose& pose) {
-    for (int i = 0; i < 3; ++i) {
-      for (int j = 0; j < 3; ++j) rotation[static_cast<std::size_t>(3 * i + j)] = Dyadic(pose.rotation(i, j));
-      translation[static_cast<std::size_t>(i)] = Dyadic(pose.translation[i]);
-    }
-  }
-};
-
-using AnyExactPair =
-    std::variant<ExactPair<WideInt<2>>, ExactPair<WideInt<4>>, ExactPair<WideInt<8>>, ExactPair<UnboundedInt>>;
-
-}  // namespace
-
-// Transforms triangles to the world in integers, in a unit that fits both.
-class ExactPlaces {
- public:
-  ExactPlaces(const Pose& pose_a, const Pose& pose_b) : pose_{DyadicPose(pose_a), DyadicPose(pose_b)} {}
-
-  AnyExactPair operator()(const Corners& a, const Corners& b) const {
-    const Dyadics corners[2] = {dyadic(a), dyadic(b)};
-    int low = std::numeric_limits<int>::max(), high = std::numeric_limits<int>::min();
-    for (std::size_t s = 0; s < 2; ++s) {
-      for (const Dyadic& t : pose_[s].translation)
-        if (t.mantissa) low = std::min(low, t.exponent), high = std::max(high, t.top());
-      for (std::size_t j = 0; j < 3; ++j) {
-        Range column, coordinate;
-        for (std::size_t i = 0; i < 3; ++i) column.add(pose_[s].rotation[3 * i + j]);
-        for (std::size_t c = 0; c < 3; ++c) coordinate.add(corners[s][c][j]);
-        if (column.empty() || coordinate.empty()) continue;
-        low = std::min(low, column.low + coordinate.low);
-        high = std::max(high, column.high + coordinate.high);
-      }
-    }
-    // A coordinate is a sum of four terms; a determinant of differences then leaves the top bits unused.
-    const int bits = high < low ? 0 : high - low + 2;
-    if (bits <= 2 * 64 - 4) return pair<WideInt<2>>(corners, low);
-    if (bits <= 4 * 64 - 4) return pair<WideInt<4>>(corners, low);
-    if (bits <= 8 * 64 - 4) return pair<WideInt<8>>(corners, low);
-    return pair<UnboundedInt>(corners, low);
-  }
-
- private:
-  using Dyadics = std::array<Point<Dyadic>, 3>;
-
-  struct Range {
-    int low = std::numeric_limits<int>::max(), high = std::numeric_limits<int>::min();
-    void add(const Dyadic& x) {
-      if (x.mantissa) low = std::min(low, x.exponent), high = std::max(high, x.top());
-    }
-    bool empty() const { return high < low; }
-  };
-
-  static Dyadics dyadic(const Corners& t) {
-    Dyadics r;
-    for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t k = 0; k < 3; ++k) r[c][k] = Dyadic(t[c][static_cast<Eigen::Index>(k)]);
-    return r;
-  }
-  template <class N>
-  ExactPair<N> pair(const Dyadics (&corners)[2], int low) const {
-    ExactPair<N> r;
-    place(corners[0], pose_[0], low, r.a.p);
-    place(corners[1], pose_[1], low, r.b.p);
-    return r;
-  }
-  template <class N>
-  static void place(const Dyadics& corners, const DyadicPose& pose, int low, std::array<Point<N>, 3>& p) {
-    for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t i = 0; i < 3; ++i) {
-        const Dyadic& t = pose.translation[i];
-        N& x = p[c][i];
-        if (t.mantissa) x.add(t.mantissa, static_cast<unsigned>(t.exponent - low), t.negative);
-        for (std::size_t j = 0; j < 3; ++j) {
-          const Dyadic &r = pose.rotation[3 * i + j], &v = corners[c][j];
-          if (r.mantissa && v.mantissa)
-            x.add(Uint128{r.mantissa} * v.mantissa, static_cast<unsigned>(r.exponent + v.exponent - low),
-                  r.negative != v.negative);
-        }
-      }
-  }
-
-  std::array<DyadicPose, 2> pose_;
-};
-
+namespace predicates {
 namespace {
 
 // ---- Filter ----
@@ -427,6 +189,7 @@ Corners alone_first(const Corners& t, const Signs& s) {
 }
 
 }  // namespace
+}  // namespace predicates
 
 TriangleTest::TriangleTest(const Pose& pose_a, const Pose& pose_b, double reach_b) {
   if (pose_a.rotation == pose_b.rotation && pose_a.translation == pose_b.translation) {
@@ -454,13 +217,14 @@ const ExactPlaces& TriangleTest::places() {
   return *places_;
 }
 
-bool TriangleTest::exact(const Corners& a, const Corners& b) {
+bool TriangleTest::exact(const predicates::Corners& a, const predicates::Corners& b) {
   return std::visit([](auto pair) { return pair.meet(); }, places()(a, b));
 }
 
 // Guigue and Devillers, Fast and robust triangle-triangle overlap test using orientation predicates, 2003.
-bool TriangleTest::operator()(const Corners& a, const Corners& b, const Corners& b_in_a) {
-  const Corners& c = b_in_a;
+bool TriangleTest::operator()(const predicates::Corners& a, const predicates::Corners& b,
+                              const predicates::Corners& b_in_a) {
+  const predicates::Corners& c = b_in_a;
   const Vec3 low_a = a[0].cwiseMin(a[1]).cwiseMin(a[2]), high_a = a[0].cwiseMax(a[1]).cwiseMax(a[2]);
   const Vec3 low_c = c[0].cwiseMin(c[1]).cwiseMin(c[2]), high_c = c[0].cwiseMax(c[1]).cwiseMax(c[2]);
   if ((low_a - high_c).cwiseMax(low_c - high_a).maxCoeff() > delta_) return false;
@@ -469,23 +233,23 @@ bool TriangleTest::operator()(const Corners& a, const Corners& b, const Corners&
   const double bound =
       span * span * (of_places() + tolerance::determinant_rounding * span) + std::numeric_limits<double>::min();
 
-  const auto slowly = [&] { return PairSigns(*this, a, b, c).meet(); };
+  const auto slowly = [&] { return predicates::PairSigns(*this, a, b, c).meet(); };
   const Vec3 normal_b = (c[1] - c[0]).cross(c[2] - c[0]);
-  Signs side_a, side_b;
-  for (std::size_t k = 0; k < 3; ++k) side_a[k] = certain_sign(normal_b.dot(a[k] - c[0]), bound);
-  if (all_on_one_side(side_a)) return false;
+  predicates::Signs side_a, side_b;
+  for (std::size_t k = 0; k < 3; ++k) side_a[k] = predicates::certain_sign(normal_b.dot(a[k] - c[0]), bound);
+  if (predicates::all_on_one_side(side_a)) return false;
   const Vec3 normal_a = (a[1] - a[0]).cross(a[2] - a[0]);
-  for (std::size_t k = 0; k < 3; ++k) side_b[k] = certain_sign(normal_a.dot(c[k] - a[0]), bound);
-  if (all_on_one_side(side_b)) return false;
+  for (std::size_t k = 0; k < 3; ++k) side_b[k] = predicates::certain_sign(normal_a.dot(c[k] - a[0]), bound);
+  if (predicates::all_on_one_side(side_b)) return false;
   if (side_a[0] * side_a[1] * side_a[2] == 0 || side_b[0] * side_b[1] * side_b[2] == 0) return slowly();
 
-  Corners p = alone_first(a, side_a), q = alone_first(c, side_b);
+  predicates::Corners p = predicates::alone_first(a, side_a), q = predicates::alone_first(c, side_b);
   // Makes each corner that is alone lie on the positive side of the other's plane.
   if (side_a[0] * side_a[1] * side_a[2] < 0) std::swap(q[1], q[2]);
   if (side_b[0] * side_b[1] * side_b[2] < 0) std::swap(p[1], p[2]);
-  const int first = certain_sign(det(p[0], p[1], q[0], q[1]), bound);
+  const int first = predicates::certain_sign(predicates::det(p[0], p[1], q[0], q[1]), bound);
   if (first < 0) return false;
-  const int second = certain_sign(det(p[0], p[2], q[2], q[0]), bound);
+  const int second = predicates::certain_sign(predicates::det(p[0], p[2], q[2], q[0]), bound);
   if (second < 0) return false;
   if (first == 0 || second == 0) return slowly();
   return true;

@@ -23,7 +23,7 @@ struct TriangleSides {
   double length2[3];
   Vec3 normal;  ///< unit
   double area2;
-  TriangleParts rows;
+  TriangleColumns rows;
 
   /// False if the area is almost zero.
   bool measure(std::span<const Vec3> v) {
@@ -36,7 +36,7 @@ struct TriangleSides {
     int i = 2;
     Vec3 n = edge[0].cross(edge[1]);
     double n2 = n.squaredNorm();
-    if (!(n2 > tolerance::wide_corner2 * length2[0] * length2[1])) {
+    if (!(n2 > tolerance::clearly_crossing2 * length2[0] * length2[1])) {
       // The two shorter sides give the most exact normal.
       i = length2[0] > length2[1] ? 0 : 1;
       if (length2[2] > length2[i]) i = 2;
@@ -294,14 +294,14 @@ FromEdge nearest_edges(const BoxSides& a, const TriangleSides& b) {
 }
 
 /// The gap between the projections of two shapes on a line, and whether B lies farther along it (1) or A (-1).
-struct Apart {
+struct AxisGap {
   double distance, sign;
-  Apart(double lo_a, double hi_a, double lo_b, double hi_b)
+  AxisGap(double lo_a, double hi_a, double lo_b, double hi_b)
       : distance(std::max(lo_b - hi_a, lo_a - hi_b)), sign(lo_b - hi_a >= lo_a - hi_b ? 1.0 : -1.0) {}
 };
 
 template <class A>
-Apart apart_along(const A& a, const TriangleSides& b, const Vec3& n) {
+AxisGap gap_along(const A& a, const TriangleSides& b, const Vec3& n) {
   return {-a.reach(-n), a.reach(n), -b.reach(-n), b.reach(n)};
 }
 
@@ -314,8 +314,8 @@ void take_products(const A& a, const TriangleSides& b, const EdgeProducts& produ
     double e2f2;
     const Vec3 n = product(k / 4, k % 4, e2f2);
     const double length2 = n.squaredNorm();
-    if (!(length2 > tolerance::parallel_sides2 * e2f2)) continue;
-    const double distance = apart_along(a, b, n / std::sqrt(length2)).distance;
+    if (!(length2 > tolerance::parallel_edges2 * e2f2)) continue;
+    const double distance = gap_along(a, b, n / std::sqrt(length2)).distance;
     axis.doubtful = std::max(axis.doubtful, distance + 16 * epsilon * reach * std::sqrt(e2f2 / length2));
   }
   // An edge axis that coincides with a face normal must not win by its rounding.
@@ -325,7 +325,7 @@ void take_products(const A& a, const TriangleSides& b, const EdgeProducts& produ
   double e2f2;
   Vec3 n = product(k / 4, k % 4, e2f2);
   n /= n.norm();
-  const Apart along = apart_along(a, b, n);
+  const AxisGap along = gap_along(a, b, n);
   if (!(along.distance > axis.distance)) return;
   axis.distance = along.distance;
   axis.normal = along.sign * n;
@@ -366,9 +366,9 @@ TriangleAxis best_axis(const TriangleSides& a, const TriangleSides& b, double re
   const auto apart = [](const TriangleSides& flat, const TriangleSides& other) {
     double along[3];
     for (int k = 0; k < 3; ++k) along[k] = flat.normal.dot(other.corner[k] - flat.corner[0]);
-    return Apart(0, 0, std::min({along[0], along[1], along[2]}), std::max({along[0], along[1], along[2]}));
+    return AxisGap(0, 0, std::min({along[0], along[1], along[2]}), std::max({along[0], along[1], along[2]}));
   };
-  const Apart of_a = apart(a, b), of_b = apart(b, a);
+  const AxisGap of_a = apart(a, b), of_b = apart(b, a);
   const bool second = of_b.distance > of_a.distance;
   TriangleAxis axis;
   axis.distance = second ? of_b.distance : of_a.distance;

@@ -1,4 +1,4 @@
-// Separations along the edge axes of triangles and boxes, and distances of their edges (vector kernels).
+// Separations along the edge axes of triangles and boxes, and nearest points of their edges (vector kernels).
 #include "triangles/triangle_kernel.h"
 
 #include <cstddef>
@@ -26,6 +26,8 @@ HWY_INLINE W number_of(double x) { return hn::Set(Columns(), x); }
 HWY_INLINE W product_sum(W p0, W q0, W p1, W q1, W p2, W q2) {
   return hn::Add(hn::Add(hn::Mul(p0, q0), hn::Mul(p1, q1)), hn::Mul(p2, q2));
 }
+/// The sum in another order, the last two products first.
+HWY_INLINE W product_sum(const W* u, const W* v) { return product_sum(u[1], v[1], u[2], v[2], u[0], v[0]); }
 HWY_INLINE W clamped(W x, W lo, W hi) { return hn::Min(hn::Max(x, lo), hi); }
 
 struct Three {
@@ -48,7 +50,7 @@ HWY_INLINE unsigned put_separations(W squared, W by_parallel, W there, W back, s
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void triangle_products(const TriangleParts& a, const TriangleParts& b, EdgeProducts& out) {
+void triangle_products(const TriangleColumns& a, const TriangleColumns& b, EdgeProducts& out) {
   const Columns d;
   const W zero = hn::Zero(d);
   out.doubtful = 0;
@@ -81,7 +83,7 @@ void triangle_products(const TriangleParts& a, const TriangleParts& b, EdgeProdu
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void box_triangle_products(const double (&half)[3], const TriangleParts& b, EdgeProducts& out) {
+void box_triangle_products(const double (&half)[3], const TriangleColumns& b, EdgeProducts& out) {
   const Columns d;
   const W zero = hn::Zero(d);
   out.doubtful = 0;
@@ -104,7 +106,7 @@ void box_triangle_products(const double (&half)[3], const TriangleParts& b, Edge
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void corner_offsets(const TriangleParts& a, const TriangleParts& b, CornerOffsets& out) {
+void corner_offsets(const TriangleColumns& a, const TriangleColumns& b, CornerOffsets& out) {
   const Columns d;
   const W zero = hn::Zero(d), one = number_of(1);
   for (std::size_t j = 0; j < 4; j += hn::Lanes(d)) {
@@ -129,7 +131,7 @@ void corner_offsets(const TriangleParts& a, const TriangleParts& b, CornerOffset
 }
 
 // NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
-void edge_offsets(const double (&half)[3], const TriangleParts& b, EdgeOffsets& out) {
+void edge_offsets(const double (&half)[3], const TriangleColumns& b, EdgeOffsets& out) {
   const Columns d;
   const W zero = hn::Zero(d), one = number_of(1);
   for (std::size_t j = 0; j < 4; j += hn::Lanes(d)) {
@@ -170,6 +172,52 @@ void edge_offsets(const double (&half)[3], const TriangleParts& b, EdgeOffsets& 
   }
 }
 
+/// A quotient as a parameter on an edge, clamped to it; the start for an edge without length.
+HWY_INLINE W share(W over, W under) {
+  const W zero = hn::Zero(Columns()), one = number_of(1);
+  const auto some = hn::Gt(under, zero);
+  const W at = hn::Div(over, hn::IfThenElse(some, under, one));
+  const W in = hn::IfThenElse(hn::Lt(at, zero), zero, hn::IfThenElse(hn::Gt(at, one), one, at));
+  return hn::IfThenElse(some, in, zero);
+}
+
+// Ericson, Real-Time Collision Detection, 5.1.9.
+// NOLINTNEXTLINE(misc-definitions-in-headers): included once a target
+void nearest_on_edges(const EdgeColumns& a, const EdgeColumns& b, EdgePairs& out) {
+  const Columns n;
+  const W zero = hn::Zero(n), one = number_of(1);
+  out.parallel = 0;
+  for (std::size_t j = 0; j < 4; j += hn::Lanes(n)) {
+    W q[3], e[3];
+    for (std::size_t k = 0; k < 3; ++k) q[k] = hn::Load(n, b.corner[k] + j), e[k] = hn::Load(n, b.edge[k] + j);
+    const W ee = hn::Load(n, b.length2 + j);
+    for (std::size_t i = 0; i < 3; ++i) {
+      W p[3], d[3], r[3];
+      for (std::size_t k = 0; k < 3; ++k) {
+        p[k] = number_of(a.corner[k][i]), d[k] = number_of(a.edge[k][i]);
+        r[k] = hn::Sub(p[k], q[k]);
+      }
+      const W dd = number_of(a.length2[i]);
+      const W f = product_sum(e, r), c = product_sum(d, r), along = product_sum(d, e);
+      const W det = hn::Sub(hn::Mul(dd, ee), hn::Mul(along, along));
+      W s = share(hn::Sub(hn::Mul(along, f), hn::Mul(c, ee)), det);
+      const W t = share(hn::Add(hn::Mul(along, s), f), ee);
+      const auto inner = hn::And(hn::Gt(t, zero), hn::Lt(t, one));
+      s = hn::IfThenElse(inner, s, share(hn::Sub(hn::Mul(along, t), c), dd));
+      W w[3];
+      for (std::size_t k = 0; k < 3; ++k)
+        w[k] = hn::Sub(hn::Add(p[k], hn::Mul(s, d[k])), hn::Add(q[k], hn::Mul(t, e[k])));
+      hn::Store(s, n, out.on_a[i] + j);
+      hn::Store(t, n, out.on_b[i] + j);
+      hn::Store(product_sum(w, w), n, out.squared[i] + j);
+      const auto crosses = hn::Gt(det, hn::Mul(hn::Mul(number_of(tolerance::slanting2), dd), ee));
+      std::uint8_t bits[8] = {};
+      hn::StoreMaskBits(n, hn::Not(crosses), bits);
+      out.parallel |= static_cast<unsigned>(bits[0]) << (4 * i + j);
+    }
+  }
+}
+
 }  // namespace tandem::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();
 
@@ -179,18 +227,22 @@ HWY_EXPORT(triangle_products);
 HWY_EXPORT(box_triangle_products);
 HWY_EXPORT(corner_offsets);
 HWY_EXPORT(edge_offsets);
+HWY_EXPORT(nearest_on_edges);
 
-void triangle_products(const TriangleParts& a, const TriangleParts& b, EdgeProducts& out) {
+void triangle_products(const TriangleColumns& a, const TriangleColumns& b, EdgeProducts& out) {
   TANDEM_DISPATCH(triangle_products)(a, b, out);
 }
-void box_triangle_products(const double (&half)[3], const TriangleParts& b, EdgeProducts& out) {
+void box_triangle_products(const double (&half)[3], const TriangleColumns& b, EdgeProducts& out) {
   TANDEM_DISPATCH(box_triangle_products)(half, b, out);
 }
-void corner_offsets(const TriangleParts& a, const TriangleParts& b, CornerOffsets& out) {
+void corner_offsets(const TriangleColumns& a, const TriangleColumns& b, CornerOffsets& out) {
   TANDEM_DISPATCH(corner_offsets)(a, b, out);
 }
-void edge_offsets(const double (&half)[3], const TriangleParts& b, EdgeOffsets& out) {
+void edge_offsets(const double (&half)[3], const TriangleColumns& b, EdgeOffsets& out) {
   TANDEM_DISPATCH(edge_offsets)(half, b, out);
+}
+void nearest_on_edges(const EdgeColumns& a, const EdgeColumns& b, EdgePairs& out) {
+  TANDEM_DISPATCH(nearest_on_edges)(a, b, out);
 }
 }  // namespace tandem
 #endif

@@ -170,33 +170,33 @@ TEST_CASE("projection: of a hull the nearest corner, edge or face, from wherever
       const Vec3 p = r.vec(-3, 3);
       double above = -1;
       for (const Hull::Face& f : hull.faces) above = std::max(above, f.normal.dot(p) - f.offset);
-      const HullSpot spot =
+      const NearestOnHull nearest =
           nearest_on_hull(hull, p, static_cast<std::uint32_t>(k % static_cast<int>(hull.vertices.size())));
       if (above < 0) {
-        REQUIRE(spot.surface == Surface::none);
-        REQUIRE(spot.q == p);
+        REQUIRE(nearest.surface == Surface::none);
+        REQUIRE(nearest.q == p);
         continue;
       }
-      if (spot.surface == Surface::none) {  // a search that began behind the hull
+      if (nearest.surface == Surface::none) {  // a search that began behind the hull
         ++wrong_side;
         continue;
       }
-      ++surfaces[static_cast<int>(spot.surface)];
+      ++surfaces[static_cast<int>(nearest.surface)];
       // All of the hull is on the other side of the plane through q perpendicular to the direction, and q is on the
       // reported feature.
-      const Vec3 from_spot = p - spot.q;
-      for (const Vec3& v : hull.vertices) REQUIRE(from_spot.dot(v - spot.q) <= 1e-13);
-      const Vec3 corner = hull.vertices[spot.vertex], along = hull.vertices[spot.other] - corner;
-      if (spot.surface == Surface::corner) REQUIRE(spot.q == corner);
-      if (spot.surface == Surface::straight) REQUIRE((spot.q - corner).cross(along).norm() <= 1e-14);
-      if (spot.surface != Surface::flat) continue;
-      const Hull::Face& f = hull.faces[spot.face];
-      REQUIRE(std::abs(f.normal.dot(spot.q) - f.offset) <= 1e-14);
-      REQUIRE(end_on_face(hull, spot.face, spot.q, corner, 1e-12) == corner);
+      const Vec3 from_nearest = p - nearest.q;
+      for (const Vec3& v : hull.vertices) REQUIRE(from_nearest.dot(v - nearest.q) <= 1e-13);
+      const Vec3 corner = hull.vertices[nearest.vertex], along = hull.vertices[nearest.other] - corner;
+      if (nearest.surface == Surface::corner) REQUIRE(nearest.q == corner);
+      if (nearest.surface == Surface::straight) REQUIRE((nearest.q - corner).cross(along).norm() <= 1e-14);
+      if (nearest.surface != Surface::flat) continue;
+      const Hull::Face& f = hull.faces[nearest.face];
+      REQUIRE(std::abs(f.normal.dot(nearest.q) - f.offset) <= 1e-14);
+      REQUIRE(end_on_face(hull, nearest.face, nearest.q, corner, 1e-12) == corner);
       // Far along the plane: the point where the path leaves the face is on an edge.
-      const Vec3 beyond = spot.q + 9 * any_perpendicular(f.normal);
-      const Vec3 left = end_on_face(hull, spot.face, spot.q, beyond, 1e-12);
-      REQUIRE((left - spot.q).cross(beyond - spot.q).norm() <= 1e-13);
+      const Vec3 beyond = nearest.q + 9 * any_perpendicular(f.normal);
+      const Vec3 left = end_on_face(hull, nearest.face, nearest.q, beyond, 1e-12);
+      REQUIRE((left - nearest.q).cross(beyond - nearest.q).norm() <= 1e-13);
       double nearest = 9;
       for (std::uint32_t j = 0; j < f.count; ++j) {
         const Vec3 u = hull.vertices[hull.loop[f.first + j]], w = hull.vertices[hull.loop[f.first + (j + 1) % f.count]];

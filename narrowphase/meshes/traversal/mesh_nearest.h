@@ -14,7 +14,7 @@
 #include "shapes/work_meter.h"
 #include "tandem/narrowphase/options.h"
 #include "tolerances.h"
-#include "triangles/edge_pairs.h"
+#include "triangles/triangle_kernel.h"
 
 namespace tandem {
 
