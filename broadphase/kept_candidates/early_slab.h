@@ -5,9 +5,11 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "kernels/column_pairs.h"
+#include "storage/unfiltered_sink.h"
 #include "tandem/broadphase/box_array.h"
 #include "tandem/broadphase/pair.h"
 
@@ -54,28 +56,20 @@ class EarlySlab {
   ColumnScratch scratch_;
 };
 
-/// A sink that passes on all pairs but the early ones.
-class LaterPairs final : public PairSink {
+/// A sink that passes on all pairs but the early ones. To be flushed at the end.
+class LaterPairs final : public UnfilteredSink<256> {
  public:
   LaterPairs(const EarlySlab& slab, const BoxArray& boxes, PairSink& sink)
-      : slab_(slab), lo_(boxes.lo(static_cast<int>(slab.axis()))), sink_(sink) {
-    filter_ = &everything_;
-    buffer_ = room_.data();
-    capacity_ = room_.size();
-  }
-  void finish() { full(); }
+      : slab_(slab), lo_(boxes.lo(static_cast<int>(slab.axis()))), sink_(sink) {}
 
  private:
-  void full() override {
-    for (std::size_t k = 0; k < count_; ++k)
-      if (!slab_.holds(lo_[buffer_[k].a], lo_[buffer_[k].b])) sink_.put(buffer_[k].a, buffer_[k].b);
-    count_ = 0;
+  void take(std::span<const Pair> pairs) override {
+    for (const Pair pair : pairs)
+      if (!slab_.holds(lo_[pair.a], lo_[pair.b])) sink_.put(pair.a, pair.b);
   }
   const EarlySlab& slab_;
   const float* lo_;
   PairSink& sink_;
-  PairFilter everything_;
-  std::array<Pair, 256> room_;
 };
 
 }  // namespace tandem

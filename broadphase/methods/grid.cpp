@@ -286,7 +286,7 @@ void Grid::emit(std::size_t block, PairSink& sink) {
     } else if (early_.taken()) {
       LaterPairs later(early_, *boxes_, sink);
       emit_beside(part - groups_.size(), later);
-      later.finish();
+      later.flush();
     } else {
       emit_beside(part - groups_.size(), sink);
     }

@@ -6,44 +6,37 @@
 
 #include "kernels/row_kernel.h"
 #include "methods/verlet_list.h"
+#include "storage/unfiltered_sink.h"
 
 namespace tandem {
 
 /// Takes the results of a search with the new enlarged box of a box that left: passes on pairs that overlap now, and
 /// keeps those that may overlap later, except pairs that are on the list already and pairs with another box that left.
-class VerletList::Found final : public PairSink {
+class VerletList::Found final : public UnfilteredSink<64> {
  public:
   Found(const VerletList& owner, std::vector<std::uint32_t>& kept, PairSink& sink)
-      : owner_(owner), kept_(kept), sink_(sink) {
-    filter_ = &everything_;
-    buffer_ = room_.data();
-    capacity_ = room_.size();
-  }
+      : owner_(owner), kept_(kept), sink_(sink) {}
   void search_for(std::uint32_t index, const Aabb& box) {
     index_ = index;
     box_ = box;
   }
-  void take(std::uint32_t other) {
+  void meet(std::uint32_t other) {
     if (other == index_ || owner_.is_outside(other)) return;
     owner_.meet(index_, box_, other, (*owner_.boxes_)[other], kept_, sink_);
   }
-  void flush() {
-    const auto other = [this](std::size_t k) { return buffer_[k].a == index_ ? buffer_[k].b : buffer_[k].a; };
-    for (std::size_t k = 0; k < count_; ++k) prefetch_box(*owner_.boxes_, other(k));
-    for (std::size_t k = 0; k < count_; ++k)
-      if (!owner_.returned_.has(other(k))) take(other(k));  // otherwise the box found is not its present enlarged one
-    count_ = 0;
-  }
 
  private:
-  void full() override { flush(); }
+  void take(std::span<const Pair> pairs) override {
+    const auto other = [this](Pair pair) { return pair.a == index_ ? pair.b : pair.a; };
+    for (const Pair pair : pairs) prefetch_box(*owner_.boxes_, other(pair));
+    for (const Pair pair : pairs)
+      if (!owner_.returned_.has(other(pair))) meet(other(pair));  // otherwise it has another enlarged box by now
+  }
   const VerletList& owner_;
   std::vector<std::uint32_t>& kept_;
   PairSink& sink_;
-  PairFilter everything_;
   std::uint32_t index_ = 0;
   Aabb box_{};
-  std::array<Pair, 64> room_;
 };
 
 namespace {
@@ -260,10 +253,10 @@ void VerletList::search_outside(Part& part, Scratch& scratch, PairSink& sink) {
       found.flush();
       scratch.found.clear();
       returned_.overlapping(larger, scratch.row, scratch.found);
-      for (const std::uint32_t other : scratch.found) found.take(other);
+      for (const std::uint32_t other : scratch.found) found.meet(other);
     } else {
       const std::size_t count = overlap_row(larger_, 0, size(), larger, scratch.row.data());
-      for (std::size_t h = 0; h < count; ++h) found.take(scratch.row[h]);
+      for (std::size_t h = 0; h < count; ++h) found.meet(scratch.row[h]);
     }
     part.list.close(index, returned_.turn() + 1);
   }

@@ -13,9 +13,15 @@ namespace tandem {
 namespace {
 
 // Estimated times in nanoseconds, of which only ratios matter: to test a candidate, to search for a box that left, and
-// to make a list, per box.
-constexpr double candidate_cost = 6, search_cost = 1200, renewal_cost = 120;
+// to make a list, per box; and of a whole step that reuses a list, per box and per candidate.
+constexpr double candidate_cost = 6, search_cost = 1200, renewal_cost = 120, reused_box_cost = 12,
+                 reused_candidate_cost = 4;
 constexpr double least_steps_ahead = 4, most_steps_ahead = 64;
+/// A list is worth making if its steps take no more than this share of the time of steps from scratch: a smaller gain
+/// is not worth the long steps of renewals.
+constexpr double worth_making = 0.8;
+/// Candidates for each pair beyond which the boxes' motions are those of a shock, with which no list is made.
+constexpr double most_for_a_pair = 16;
 
 /// The most candidates that are kept.
 std::size_t most_candidates(std::size_t boxes) { return 1024 + 24 * boxes; }
@@ -55,7 +61,8 @@ void sample(std::size_t size, std::size_t strata, const Visit& visit) {
 // Stages: decide, those of the method but its last (in a step from scratch), emit. Joint stages of a renewal within the
 // last one: prepare, those of the method but its last.
 std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
-  const bool complete = !bare_ && boxes_ != nullptr && parts_done_.load(std::memory_order_relaxed) == part_count_ &&
+  const bool complete = !without_list_ && boxes_ != nullptr &&
+                        parts_done_.load(std::memory_order_relaxed) == part_count_ &&
                         (mode_ != Mode::reuse || blocks_done_.load(std::memory_order_relaxed) == part_count_ + 1);
   outside_last_ = complete ? outside() : 0;
   outside_since_ += outside_last_;
@@ -71,9 +78,9 @@ std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
   filtered_further_ = std::exchange(next_only_changes_, false);
   only_changes_ = filtered_further_ && !changed_.empty();
   method_begun_ = false;
-  bare_ = bare_steps_left_ != 0;
-  if (bare_) {
-    --bare_steps_left_;
+  without_list_ = steps_without_list_ != 0;
+  if (without_list_) {
+    --steps_without_list_;
     mode_ = Mode::scratch;
     list_made_ = false;
     return method_->begin(boxes);
@@ -99,7 +106,7 @@ std::size_t VerletList::begin(const BoxArray& boxes, ListedMethod& method) {
 }
 
 std::size_t VerletList::blocks(std::size_t stage) const {
-  if (bare_) return method_->blocks(stage);
+  if (without_list_) return method_->blocks(stage);
   if (stage == 0) return 1;
   if (stage - first_method_stage + 1 < method_stages_)
     return mode_ == Mode::scratch ? method_->blocks(stage - first_method_stage) : 0;
@@ -114,7 +121,7 @@ std::size_t VerletList::blocks(std::size_t stage) const {
 }
 
 void VerletList::run(std::size_t stage, std::size_t block) {
-  if (bare_) return method_->run(stage, block);
+  if (without_list_) return method_->run(stage, block);
   if (stage == 0) return decide();
   method_->run(stage - first_method_stage, block);
 }
@@ -227,8 +234,9 @@ bool VerletList::may_renew(bool foreseen) {
     failures_ = 0;
   // Lists that do not last, or would be too long, are suspended: for 8 steps, then 16, up to 128, each time followed by
   // a trial.
-  if (failed && (failures_ > 1 || too_long_)) bare_steps_left_ = std::size_t{4} << std::min<std::size_t>(failures_, 5);
-  if (!(has_past_ && foreseen && !method_begun_ && bare_steps_left_ == 0)) return false;
+  if (failed && (failures_ > 1 || too_long_))
+    steps_without_list_ = std::size_t{4} << std::min<std::size_t>(failures_, 5);
+  if (!(has_past_ && foreseen && !method_begun_ && steps_without_list_ == 0)) return false;
   usual_ = usual();
   return !jolted();
 }
@@ -334,7 +342,7 @@ bool VerletList::jolted() const {
   });
   const double pairs =
       std::max(static_cast<double>(hits_.load(std::memory_order_relaxed)) / static_cast<double>(size()), 0.5);
-  return then * pairs > 16 * now;
+  return then * pairs > most_for_a_pair * now;
 }
 
 // Looking further ahead makes renewals rarer, lists longer and boxes that leave more frequent. The total is near its
@@ -354,11 +362,11 @@ bool VerletList::paid() const {
   const auto candidates = static_cast<double>(listed_.load(std::memory_order_relaxed)), n = static_cast<double>(size());
   const auto pairs = static_cast<double>(hits_.load(std::memory_order_relaxed));
   const double scratch = costs.box * n + costs.pair * pairs;
-  const double renewal = costs.listed_box * n + costs.candidate * candidates, reuse = 12 * n + 4 * candidates;
+  const double renewal = costs.listed_box * n + costs.candidate * candidates,
+               reuse = reused_box_cost * n + reused_candidate_cost * candidates;
   const auto reused = static_cast<double>(age_ - 1);
   const double searches = search_cost * static_cast<double>(outside_since_);
-  // A smaller gain is not worth the long steps of renewals.
-  return renewal + reused * reuse + searches <= 0.8 * (1 + reused) * scratch;
+  return renewal + reused * reuse + searches <= worth_making * (1 + reused) * scratch;
 }
 
 }  // namespace tandem

@@ -203,9 +203,9 @@ class VerletList {
   BoxSearch* search_ = nullptr;
   std::size_t method_stages_ = 0;
   Mode mode_ = Mode::scratch;
-  bool bare_ = false;          // this step is left to the method, without a list
+  bool without_list_ = false;  // this step is left to the method, without a list
   bool method_begun_ = false;  // the method's begin was called in our `begin`
-  std::size_t bare_steps_left_ = 0, failures_ = 0;
+  std::size_t steps_without_list_ = 0, failures_ = 0;
 
   std::span<const std::uint8_t> changed_, next_changed_;
   bool only_changes_ = false, next_only_changes_ = false;

@@ -3,41 +3,27 @@
 #include <utility>
 
 #include "methods/verlet_list.h"
+#include "storage/unfiltered_sink.h"
 
 namespace tandem {
 
-/// A sink that takes candidates and passes on those whose boxes overlap, without the early ones.
-class VerletList::Tested final : public PairSink {
+/// A sink that takes candidates and passes on those whose boxes overlap. To be flushed at the end.
+class VerletList::Tested final : public UnfilteredSink<256> {
  public:
-  Tested(const BoxArray& boxes, EarlySlab& early, PairSink& sink)
-      : boxes_(boxes), early_(early), has_early_(early.taken()), sink_(sink) {
-    filter_ = &everything_;
-    buffer_ = room_.data();
-    capacity_ = room_.size();
-  }
-  /// Tests the remaining candidates, and returns how many overlapped in all.
-  std::size_t finish() {
-    full();
-    return found_;
-  }
+  Tested(const BoxArray& boxes, PairSink& sink) : boxes_(boxes), sink_(sink) {}
+  std::size_t found() const { return found_; }  ///< how many overlapped
 
  private:
-  void full() override {
-    for (std::size_t k = 0; k < count_; ++k) {
-      const Aabb a = boxes_[buffer_[k].a], b = boxes_[buffer_[k].b];
-      if (!overlap(a, b)) continue;
+  void take(std::span<const Pair> pairs) override {
+    for (const Pair pair : pairs) {
+      if (!overlap(boxes_[pair.a], boxes_[pair.b])) continue;
       ++found_;
-      if (!has_early_ || !early_.holds(a.lo[early_.axis()], b.lo[early_.axis()])) sink_.put(buffer_[k].a, buffer_[k].b);
+      sink_.put(pair.a, pair.b);
     }
-    count_ = 0;
   }
   const BoxArray& boxes_;
-  const EarlySlab& early_;
-  const bool has_early_;
   PairSink& sink_;
-  PairFilter everything_;
   std::size_t found_ = 0;
-  std::array<Pair, 256> room_;
 };
 
 namespace {
@@ -53,7 +39,7 @@ void prefetch(const std::vector<T>& values) {
 }  // namespace
 
 void VerletList::emit(std::size_t block, PairSink& sink) {
-  if (bare_) return method_->emit(block, sink);
+  if (without_list_) return method_->emit(block, sink);
   if (mode_ == Mode::scratch) {
     const std::size_t blocks = method_->blocks(method_stages_ - 1);
     return block < blocks ? method_->emit(block, sink) : prepare(block - blocks);
@@ -91,9 +77,12 @@ void VerletList::renew_block(std::size_t block, Scratch& scratch, PairSink& sink
   const std::size_t blocks = method_->blocks(method_stages_ - 1);
   const std::size_t first = block * blocks / list_count_, last = (block + 1) * blocks / list_count_;
   if (too_long()) {  // the list will not be used
-    Tested tested(*boxes_, early_, sink);
+    LaterPairs later(early_, *boxes_, sink);
+    Tested tested(*boxes_, early_.taken() ? later : sink);
     for (std::size_t b = first; b < last; ++b) method_->emit(b, tested);
-    hits_.fetch_add(tested.finish(), std::memory_order_relaxed);
+    tested.flush();
+    later.flush();
+    hits_.fetch_add(tested.found(), std::memory_order_relaxed);
     blocks_done_.fetch_add(1, std::memory_order_relaxed);
     return;
   }

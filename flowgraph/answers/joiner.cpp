@@ -2,45 +2,14 @@
 #include "tandem/flowgraph/joiner.h"
 
 #include <algorithm>
-#include <array>
+
+#include "answers/key_sort.h"
 
 namespace tandem {
-
 namespace {
 
-/// Radix sort by `key`, a byte at a time from the lowest: linear time, for the bucket of one body (the ground) that
-/// meets all others. `spare`: room for as many.
-template <class Item, class Key>
-void radix_sort(std::span<Item> items, std::span<Item> spare, std::uint32_t most, Key key) {
-  std::span<Item> from = items, to = spare;
-  for (int shift = 0; shift < 32 && most >> shift != 0; shift += 8) {
-    const auto digit = [&](const Item& item) { return key(item) >> shift & 0xffu; };
-    std::array<std::size_t, 257> first{};
-    for (const Item& item : from) ++first[digit(item) + 1];
-    for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
-    for (const Item& item : from) to[first[digit(item)]++] = item;
-    std::swap(from, to);
-  }
-  if (from.data() != items.data()) std::copy(from.begin(), from.end(), items.begin());
-}
-
-template <class Item, class Key>
-void insertion_sort(std::span<Item> items, Key key) {
-  for (std::size_t i = 1; i < items.size(); ++i) {
-    const Item item = items[i];
-    std::size_t k = i;
-    for (; k > 0 && key(items[k - 1]) > key(item); --k) items[k] = items[k - 1];
-    items[k] = item;
-  }
-}
-
 void prefetch(const void* data, std::size_t bytes) {
-#if defined(__GNUC__)
   for (std::size_t at = 0; at < bytes; at += 64) __builtin_prefetch(static_cast<const char*>(data) + at);
-#else
-  static_cast<void>(data);
-  static_cast<void>(bytes);
-#endif
 }
 
 }  // namespace
@@ -143,16 +112,11 @@ Joiner::Range Joiner::buckets(std::size_t block) const {
 
 // For one a each b occurs once, so the sorted order does not depend on the order in which threads filled the bucket.
 void Joiner::sort(std::size_t block) {
-  constexpr std::size_t few = 32;
-  const auto b = [](const Ref& ref) { return ref.b; };
   const Range own = buckets(block);
   for (std::size_t a = own.begin; a < own.end; ++a) {
-    const std::span bucket = std::span(refs_).subspan(bucket_begin(a), bucket_end(a) - bucket_begin(a));
-    if (bucket.size() <= few)
-      insertion_sort(bucket, b);
-    else
-      radix_sort(bucket, std::span(spare_).subspan(bucket_begin(a), bucket.size()),
-                 static_cast<std::uint32_t>(cursor_.size()), b);
+    const std::size_t begin = bucket_begin(a), count = bucket_end(a) - begin;
+    sort_by_key(std::span(refs_).subspan(begin, count), std::span(spare_).subspan(begin, count),
+                [](const Ref& ref) { return ref.b; });
   }
 }
 

@@ -17,14 +17,11 @@ namespace {
 constexpr std::size_t unused = std::numeric_limits<std::size_t>::max();
 
 /// Prefetches the cache lines that are about to be written: plain stores would wait for one after the other.
-void prefetch_to_write(const void* data, std::size_t bytes) {
-#if defined(__GNUC__) && defined(__x86_64__)
+void prefetch_to_write([[maybe_unused]] const void* data, [[maybe_unused]] std::size_t bytes) {
+#if defined(__x86_64__)
   // Inline assembly, since the compiler emits a prefetch for reading unless it is told the processor.
   for (std::size_t at = 0; at < bytes; at += 64)
     asm volatile("prefetchw %0" : : "m"(static_cast<const char*>(data)[at]));
-#else
-  static_cast<void>(data);
-  static_cast<void>(bytes);
 #endif
 }
 
@@ -59,16 +56,17 @@ void OrderedAnswers::cut(BatchPairs batch_pairs, const std::function<bool(Pair)>
     first_.push_back(static_cast<std::uint32_t>(pairs_.size()));
     return;
   }
-  const double light_share = 1.0 / static_cast<double>(most_);
-  const double heavy_share = 1.0 / static_cast<double>(std::max(batch_pairs.heavy, std::size_t{1}));
-  double full = 1;
+  // A batch is full with `most_` light pairs, or with `most_heavy` heavy ones: each pair takes its share of the
+  // product.
+  const std::size_t most_heavy = std::clamp<std::size_t>(batch_pairs.heavy, 1, most_), full = most_ * most_heavy;
+  std::size_t taken = full;
   for (std::size_t at = 0; at < pairs_.size(); ++at) {
-    if (full > 0.999) {
+    if (taken >= full) {
       first_.push_back(static_cast<std::uint32_t>(at));
-      full = 0;
+      taken = 0;
     }
     const bool heavy = is_heavy(pair_of(pairs_[at]));
-    full += heavy ? std::max(heavy_share, light_share) : light_share;
+    taken += heavy ? most_ : most_heavy;
     const auto batch = static_cast<std::uint32_t>(first_.size() - 1);
     if (heavy && (heavy_.empty() || heavy_.back() != batch)) heavy_.push_back(batch);
   }

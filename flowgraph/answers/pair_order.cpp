@@ -2,42 +2,12 @@
 #include "answers/pair_order.h"
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <utility>
 
+#include "answers/key_sort.h"
+
 namespace tandem {
-namespace {
-
-constexpr std::size_t few = 48;  // keys: so many or fewer are sorted by insertion
-
-void insertion_sort(std::span<std::uint64_t> keys) {
-  for (std::size_t i = 1; i < keys.size(); ++i) {
-    const std::uint64_t key = keys[i];
-    std::size_t k = i;
-    for (; k > 0 && keys[k - 1] > key; --k) keys[k] = keys[k - 1];
-    keys[k] = key;
-  }
-}
-
-/// Radix sort, a byte at a time from the lowest, only the bytes that differ: linear time, for one body (the ground)
-/// that meets all others.
-void radix_sort(std::span<std::uint64_t> keys, std::span<std::uint64_t> other) {
-  std::uint64_t differ = 0;
-  for (const std::uint64_t key : keys) differ |= key ^ keys.front();
-  std::span<std::uint64_t> from = keys, to = other;
-  for (int shift = 0; shift < 64; shift += 8) {
-    if ((differ >> shift & 0xffu) == 0) continue;
-    std::array<std::uint32_t, 257> next{};
-    for (const std::uint64_t key : from) ++next[(key >> shift & 0xffu) + 1];
-    for (std::size_t i = 1; i < next.size(); ++i) next[i] += next[i - 1];
-    for (const std::uint64_t key : from) to[next[key >> shift & 0xffu]++] = key;
-    std::swap(from, to);
-  }
-  if (from.data() != keys.data()) std::copy(from.begin(), from.end(), keys.begin());
-}
-
-}  // namespace
 
 void PairOrder::begin(std::span<Batch* const> batches, std::size_t bodies) {
   is_sorted_ = false;
@@ -146,8 +116,8 @@ void PairOrder::to_places() {
   for (std::size_t range = 0; range < ranges_; ++range)
     longest = std::max<std::size_t>(longest, first_[range + 1] - first_[range]);
   // A single group is sorted by a single thread, range after range.
-  const std::size_t room = longest <= few ? 0 : groups_ == 1 ? longest : keys_.size();
-  if (other_.size() < room) other_.resize(room);
+  const std::size_t room = longest <= most_by_insertion ? 0 : groups_ == 1 ? longest : keys_.size();
+  if (spare_.size() < room) spare_.resize(room);
 }
 
 void PairOrder::scatter(std::size_t block) {
@@ -169,11 +139,9 @@ void PairOrder::sort_ranges(std::size_t block) {
   const auto [begin, end] = ranges(block);
   for (std::size_t range = begin; range < end; ++range) {
     const std::size_t first = first_[range], count = first_[range + 1] - first;
-    const auto own = std::span(keys_).subspan(first, count);
-    if (count <= few)
-      insertion_sort(own);
-    else
-      radix_sort(own, std::span(other_).subspan(groups_ == 1 ? 0 : first, count));
+    const auto spare = count <= most_by_insertion ? std::span<std::uint64_t>()
+                                                  : std::span(spare_).subspan(groups_ == 1 ? 0 : first, count);
+    sort_by_key(std::span(keys_).subspan(first, count), spare, [](std::uint64_t key) { return key; });
   }
 }
 

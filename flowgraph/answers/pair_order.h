@@ -36,7 +36,7 @@ class PairOrder {
   std::span<const std::uint64_t> sorted() const { return keys_; }
   std::size_t memory() const {
     return (next_.capacity() + first_.capacity()) * sizeof(std::uint32_t) +
-           (keys_.capacity() + other_.capacity()) * sizeof(std::uint64_t) + given_.capacity() * sizeof(Pair);
+           (keys_.capacity() + spare_.capacity()) * sizeof(std::uint64_t) + given_.capacity() * sizeof(Pair);
   }
 
  private:
@@ -61,7 +61,7 @@ class PairOrder {
   std::vector<std::uint32_t> next_;   // a row a group: where its next pair of a range goes
   std::vector<std::uint32_t> first_;  // the first pair of each range
   std::vector<std::uint64_t> keys_;
-  std::vector<std::uint64_t> other_;  // scratch to sort long ranges with
+  std::vector<std::uint64_t> spare_;  // scratch to sort long ranges with
   std::size_t last_total_ = 0;        // number of pairs given to the last sort()
   std::vector<Pair> given_;           // the pairs given to the last sort(), if the call before had as many
   bool is_sorted_ = false;            // keys_ are those of the last sort(), sorted

@@ -13,6 +13,12 @@ std::unique_ptr<Executor> make_loop_executor(const ExecutorOptions& options);
 std::unique_ptr<Executor> make_threads_executor(const ExecutorOptions& options);
 std::unique_ptr<Executor> make_flowgraph_executor(const ExecutorOptions& options);
 
+/// The number of threads asked for: the sum of a fixed split, else `threads`.
+inline int wished_threads(const ExecutorOptions& options) {
+  const Split fixed = options.balance.split;
+  return fixed.dynamic() ? options.threads : fixed.broad + fixed.narrow;
+}
+
 /// Threads that oneTBB may give to the caller: the number asked for (0: that of the arena the caller is in), capped by
 /// the process's limit.
 int tbb_threads(int wished);

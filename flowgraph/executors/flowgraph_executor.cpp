@@ -1,4 +1,5 @@
-// The executor `flowgraph`.
+// The executor `flowgraph`: a step as two oneTBB flow graphs, one for the threads of each phase, with a bounded queue
+// of batches between them; after the pipeline of Avril, Gouranton and Arnaldi (ICAT 2010).
 #include <oneapi/tbb/flow_graph.h>
 #include <oneapi/tbb/task_arena.h>
 
@@ -13,26 +14,21 @@
 #include "executors/executors.h"
 #include "executors/step_frame.h"
 
-// The flowgraph executor: a step as two oneTBB flow graphs, one for the threads of each phase, with a bounded queue of
-// batches between them; after the pipeline of Avril, Gouranton and Arnaldi (ICAT 2010).
-
 namespace tandem {
 namespace {
 
+using tbb::flow::continue_msg;
 using tbb::flow::function_node;
 using tbb::flow::make_edge;
 using tbb::flow::unlimited;
-
-/// The message that travels the edges: one for each thread, which takes it through all stages of a step.
-struct Turn {};
 
 /// The phase whose work a thread looks for first.
 enum class Phase { broad, narrow };
 
 /// The graph of one phase: the nodes of a step, in an arena limited to the phase's number of threads. The executor
-/// makes the edges.
+/// makes the edges. A message has no content: there is one for each thread, which takes it through all nodes.
 struct PhaseGraph {
-  using Node = function_node<Turn, Turn>;
+  using Node = function_node<continue_msg, continue_msg>;
 
   /// `stages`: the object that has a member function for each node.
   template <class Stages>
@@ -56,8 +52,9 @@ struct PhaseGraph {
     attach();
   }
 
-  void put(int turns) {
-    for (int i = 0; i < turns; ++i) update.try_put({});
+  /// Puts a message for each of so many threads.
+  void put(int threads) {
+    for (int i = 0; i < threads; ++i) update.try_put({});
   }
   /// Waits for all messages; the calling thread works on them, too.
   void wait() {
@@ -76,9 +73,9 @@ struct PhaseGraph {
   /// meanwhile, which would wait for the tile that this thread holds.
   template <class Stage>
   static auto body(Stage stage) {
-    return [stage](Turn turn) noexcept {
+    return [stage](continue_msg message) noexcept {
       tbb::this_task_arena::isolate(stage);
-      return turn;
+      return message;
     };
   }
   /// Ties the graph to the arena: messages go to the arena in which the graph was reset last, whoever sends them.
@@ -114,8 +111,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,
            Timeline* timeline) override {
-    const Split fixed = options_.balance.split;
-    const int threads = tbb_threads(fixed.dynamic() ? options_.threads : fixed.broad + fixed.narrow);
+    const int threads = tbb_threads(wished_threads(options_));
     const bool shared = frame_.begin({work, contacts, report, std::move(stop), timeline}, threads, host_cancellation());
     if (shared) {
       resize(threads);
@@ -143,20 +139,7 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     return options;
   }
 
-  /// Keeps the workers of the next step awake, if that step is to be shared.
-  void stay_awake(ExecutionReport& report, Timeline* timeline) {
-    if (options_.stay_awake == 0) return;
-    report.awake_ms = awake_.take_ms();
-    if (timeline != nullptr) timeline->count("awake between steps, ms", report.awake_ms);
-    awake_.dismiss();
-    // A step that one thread does alone is never shared: nobody would take the spinning tasks, and more would wait
-    // after each step.
-    if (!broad_ || report.threads == 1 || !frame_.shares_next()) return;
-    awake_.keep(broad_->arena, split_.broad - 1);
-    awake_.keep(narrow_->arena, split_.narrow);
-  }
-
-  // ---- Before a step: arenas, edges and queue
+  // ---- Before a step: split, arenas, edges and queue
 
   void resize(int threads) {
     if (!balancer_ || threads != threads_) {
@@ -263,6 +246,21 @@ class FlowGraphExecutor final : public Executor, private Delivery {
       while (at_batches_.load() == 0 && narrow_one()) continue;
       check = Clock::now() + patience;
     }
+  }
+
+  // ---- After a step
+
+  /// Keeps the workers of the next step awake, if that step is to be shared.
+  void stay_awake(ExecutionReport& report, Timeline* timeline) {
+    if (options_.stay_awake == 0) return;
+    report.awake_ms = awake_.take_ms();
+    if (timeline != nullptr) timeline->count("awake between steps, ms", report.awake_ms);
+    awake_.dismiss();
+    // A step that one thread does alone is never shared: nobody would take the spinning tasks, and more would wait
+    // after each step.
+    if (!broad_ || report.threads == 1 || !frame_.shares_next()) return;
+    awake_.keep(broad_->arena, split_.broad - 1);
+    awake_.keep(narrow_->arena, split_.narrow);
   }
 
   ExecutorOptions options_;

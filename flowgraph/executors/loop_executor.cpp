@@ -17,8 +17,7 @@ class LoopExecutor final : public Executor {
  public:
   explicit LoopExecutor(const ExecutorOptions& options)
       : fused_(options.kind == ExecutorKind::fused),
-        wished_(options.balance.split.dynamic() ? options.threads
-                                                : options.balance.split.broad + options.balance.split.narrow),
+        wished_(wished_threads(options)),
         frame_(options, false, !fused_) {}
 
   void run(StepWork& work, ContactList& contacts, ExecutionReport& report, std::stop_token stop,

@@ -42,9 +42,8 @@ class ThreadsExecutor final : public Executor {
 
  private:
   static int count(const ExecutorOptions& options) {
-    if (!options.balance.split.dynamic()) return options.balance.split.broad + options.balance.split.narrow;
-    if (options.threads != 0) return options.threads;
-    return static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
+    const int wished = wished_threads(options);
+    return wished != 0 ? wished : static_cast<int>(std::clamp(std::thread::hardware_concurrency(), 1u, 1024u));
   }
 
   struct ArrayDelivery final : Delivery {

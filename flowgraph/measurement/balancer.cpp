@@ -11,6 +11,8 @@ namespace {
 constexpr int longest_control_step = 64;
 // Phases whose times differ by less than this are in balance: moving one thread would overshoot (rule of the paper).
 constexpr double balanced = 1.05;
+// A split that lasts as long as this fraction of the present one gains no more than the noise of a step.
+constexpr double gained = 0.97;
 
 }  // namespace
 
@@ -40,11 +42,11 @@ int Balancer::wanted_broad() const {
   return best_broad(broad_, narrow_);
 }
 
-// A split lasts as long as the phase that it serves worse. A gain below 3 % is within the noise of a step.
+// A split lasts as long as the phase that it serves worse.
 int Balancer::best_broad(double broad, double narrow) const {
   const auto lasts = [&](int x) { return std::max(broad / x, narrow / (threads_ - x)); };
   int best = split_.broad;
-  double shortest = 0.97 * lasts(best);
+  double shortest = gained * lasts(best);
   for (int x = 1; x < threads_; ++x) {
     if (lasts(x) >= shortest) continue;
     shortest = lasts(x);

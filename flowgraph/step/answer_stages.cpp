@@ -3,33 +3,10 @@
 
 #include <algorithm>
 #include <functional>
-#include <vector>
+
+#include "step/lent_lists.h"
 
 namespace tandem {
-namespace {
-
-/// Lends these lists to a batch for as long as the object lives, so that the batch appends its answers to them.
-class Appending {
- public:
-  Appending(Batch& batch, std::vector<PairResult>& results, std::vector<Contact>& contacts)
-      : batch_(batch), results_(results), contacts_(contacts) {
-    exchange();
-  }
-  ~Appending() { exchange(); }
-  Appending(const Appending&) = delete;
-  Appending& operator=(const Appending&) = delete;
-
- private:
-  void exchange() {
-    batch_.results.swap(results_);
-    batch_.contacts.swap(contacts_);
-  }
-  Batch& batch_;
-  std::vector<PairResult>& results_;
-  std::vector<Contact>& contacts_;
-};
-
-}  // namespace
 
 void AnswerStages::begin(StepWork& work, StepForm form, BatchPairs batch_pairs, ContactList& contacts) {
   work_ = &work;
@@ -77,13 +54,13 @@ void AnswerStages::narrow(Batch& batch) {
   if (form_ == StepForm::ordered) return work_->narrow(batch);
   if (form_ == StepForm::caller) {
     take_sorted(batch);
-    const Appending to_list(batch, contacts_->pairs, contacts_->contacts);
+    const LentLists to_list(batch, contacts_->pairs, contacts_->contacts);
     return work_->narrow(batch);
   }
   AnswerChunk& own = store_.room(batch.count);
   const std::size_t before = own.results.size();
   {
-    const Appending to_chunk(batch, own.results, own.contacts);
+    const LentLists to_chunk(batch, own.results, own.contacts);
     work_->narrow(batch);
   }
   joiner_.count(std::span(own.results).subspan(before));

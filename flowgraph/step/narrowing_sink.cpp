@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "step/lent_lists.h"
+
 namespace tandem {
 
 NarrowingSink::NarrowingSink(StepWork& work, std::size_t pairs) : work_(work) {
@@ -19,19 +21,8 @@ void NarrowingSink::flush() {
   narrowed_ += count;
   batch_.count = work_.keep({buffer_, count});
   if (batch_.count == 0) return;
-  // A batch appends to its own lists, so the lists of all earlier batches are lent to it meanwhile.
-  const auto exchange = [this] {
-    batch_.results.swap(answers_.results);
-    batch_.contacts.swap(answers_.contacts);
-  };
-  exchange();
-  try {
-    work_.narrow(batch_);
-  } catch (...) {
-    exchange();
-    throw;
-  }
-  exchange();
+  const LentLists lent(batch_, answers_.results, answers_.contacts);
+  work_.narrow(batch_);
   ++batch_.id;
 }
 

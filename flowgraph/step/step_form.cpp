@@ -15,6 +15,7 @@ constexpr double mostly_heavy = 0.5;      // fraction of the narrow phase: beyon
 constexpr double better = 0.97;           // a smaller gain is within the noise of a step, or not worth another core
 constexpr double hopeless = 1.5;          // times the current form's: such a trial ends without its second step
 constexpr double most_lost = 0.01;        // fraction of all steps' time that trials of slower forms may cost
+constexpr double changed_load = 1.5;      // times that at the last trial of a form: what it showed holds no more
 constexpr int gains_to_change = 2;        // steps in a row: one alone is often the noise of short steps
 constexpr int longest_period = 512;
 constexpr int longest_off_caller = 64;  // short, so that a core that does not help is given back soon
@@ -27,16 +28,16 @@ bool is_much(const ExecutionReport& report, double work_ms) {
 }  // namespace
 
 FormChooser::FormChooser(StepForm wanted, double small_step_ms, bool can_order)
-    : wanted_(wanted), can_order_(can_order), small_(small_step_ms) {
+    : wanted_(wanted), can_order_(can_order), small_step_ms_(small_step_ms) {
   if (wanted_ != StepForm::automatic) next_ = wanted_;
 }
 
 bool FormChooser::may_be(StepForm form, const ExecutionReport& report, double work_ms) const {
   // The work of a shared step exceeds that of the caller alone, by about as much as a small step takes.
   if (form == StepForm::caller)
-    return small_.ever() && !is_much(report, work_ms) &&
+    return small_step_ms_ > 0 && !is_much(report, work_ms) &&
            (report.threads == 2 ||
-            work_ms < std::max(little_shared * report.detect_ms, report.detect_ms + small_.limit_ms()));
+            work_ms < std::max(little_shared * report.detect_ms, report.detect_ms + small_step_ms_));
   return form == StepForm::overlapped || (form == StepForm::ordered && can_order_);
 }
 
@@ -58,8 +59,8 @@ void FormChooser::go_to(StepForm form) {
 }
 
 void FormChooser::learn(const ExecutionReport& report, double work_ms, double load) {
-  small_.learn(work_ms);
-  if (wanted_ != StepForm::automatic) next_ = small_.stays_on_caller() ? StepForm::caller : wanted_;
+  const bool is_small = work_ms < small_step_ms_;
+  if (wanted_ != StepForm::automatic) next_ = is_small ? StepForm::caller : wanted_;
   if (wanted_ != StepForm::automatic || (report.issues & bit(StepIssue::ended_early)) != 0) return;
   Form& ran = of(report.form);
   const double cost = report.detect_ms / std::max(load, 1.0);
@@ -69,7 +70,7 @@ void FormChooser::learn(const ExecutionReport& report, double work_ms, double lo
   if (on_trial) lost_ms_ += std::max(0.0, report.detect_ms - of(current_).cost() * std::max(load, 1.0));
   for (Form& form : all_) form.wait = std::max(0, form.wait - 1);
 
-  if (small_.stays_on_caller()) {
+  if (is_small) {
     current_ = tried_ = next_ = StepForm::caller;
     return;
   }
@@ -121,7 +122,7 @@ void FormChooser::plan_trial(const ExecutionReport& report, double work_ms, doub
   for (const StepForm form : {StepForm::ordered, StepForm::overlapped, StepForm::caller}) {
     Form& other = of(form);
     if (form == current_ || !may_be(form, report, work_ms) || !may_pay(form, report)) continue;
-    const bool other_load = load > 1.5 * other.load || 1.5 * load < other.load;
+    const bool other_load = load > changed_load * other.load || changed_load * load < other.load;
     if (other.wait > 0 && !other_load) continue;
     other.load = load;
     other.forget();

@@ -8,20 +8,6 @@
 
 namespace tandem {
 
-/// Tells from the step before whether a step has too little work to be shared.
-class SmallStep {
- public:
-  explicit SmallStep(double limit_ms) : limit_ms_(limit_ms) {}
-  bool stays_on_caller() const { return work_ms_ < limit_ms_; }
-  bool ever() const { return limit_ms_ > 0; }
-  double limit_ms() const { return limit_ms_; }
-  void learn(double work_ms) { work_ms_ = work_ms; }
-
- private:
-  double limit_ms_;
-  double work_ms_ = std::numeric_limits<double>::infinity();  // the first step is shared
-};
-
 /// Chooses the form of the next step from the times of the steps before it. Another form is tried for two steps now and
 /// then, and kept if it was faster than the two steps before it, and once more faster after two further steps of the
 /// old form: a verified change, like the balance of threads, by a gain that noise does not repeat. A form that did not
@@ -29,8 +15,8 @@ class SmallStep {
 /// small fraction of all steps' time.
 class FormChooser {
  public:
-  /// `wanted`: automatic, or the form of all steps that are not too small for it. `can_order`: StepForm::ordered may be
-  /// chosen.
+  /// `wanted`: automatic, or the form of all steps that are not too small for it. `small_step_ms`: a step is too small
+  /// to be shared if the step before it had less work; 0: no step is. `can_order`: StepForm::ordered may be chosen.
   FormChooser(StepForm wanted, double small_step_ms, bool can_order);
   StepForm next() const { return next_; }
   /// `work_ms`: busy time of the step, all threads; `load`: what its time is proportional to, such as the number of
@@ -66,7 +52,7 @@ class FormChooser {
   int gains_ = 0;                      // comparisons in a row that the form on trial has won
   double total_ms_ = 0, lost_ms_ = 0;  // time of all steps, and of trials of a form that was slower
   bool can_order_;
-  SmallStep small_;
+  double small_step_ms_;
   std::array<Form, forms> all_;
 };
 

@@ -23,7 +23,7 @@ TEST_CASE("early slab: its pairs and the later ones are all, each once") {
     slab.emit(early);
     LaterPairs later(slab, world.boxes, rest);
     for (const Pair pair : all) later.put(pair.b, pair.a);
-    later.finish();
+    later.flush();
     std::vector<std::vector<Pair>> found{early.take(), rest.take()};
     CHECK(20 * found[0].size() <= all.size() + 20);
     with_pairs += found[0].empty() ? 0 : 1;
