@@ -233,14 +233,14 @@ double farthest(const SweptBody& other, const ScrewPath& path, const ScrewPath& 
 }
 
 /// The largest distance of a bounded shape's points from its origin.
-double reach(const Shape& shape, const WorkLimit* limit) {
+double shape_reach(const Shape& shape, const WorkLimit* limit) {
   if (!shape.is_bounded()) return 0;
   const Bounds box = quick_bounds(shape, Pose{}, limit);
   return ((box.lo + box.hi) / 2).norm() + ((box.hi - box.lo) / 2).norm();
 }
 
 double share_on_path(const Shape& shape, const ScrewPath& path, const WorkLimit* limit) {
-  return touch_share(shape) + tolerance::motion_touch * path.length(reach(shape, limit));
+  return touch_share(shape) + tolerance::motion_touch * path.length(shape_reach(shape, limit));
 }
 
 }  // namespace
