@@ -197,14 +197,14 @@ TEST_CASE("projection: of a hull the nearest corner, edge or face, from wherever
       const Vec3 beyond = nearest.q + 9 * any_perpendicular(f.normal);
       const Vec3 left = end_on_face(hull, nearest.face, nearest.q, beyond, 1e-12);
       REQUIRE((left - nearest.q).cross(beyond - nearest.q).norm() <= 1e-13);
-      double nearest = 9;
+      double nearest_edge = 9;
       for (std::uint32_t j = 0; j < f.count; ++j) {
         const Vec3 u = hull.vertices[hull.loop[f.first + j]], w = hull.vertices[hull.loop[f.first + (j + 1) % f.count]];
         const Vec3 out = (w - u).cross(f.normal).normalized();
         REQUIRE(out.dot(left - u) <= 1e-13);
-        nearest = std::min(nearest, std::abs(out.dot(left - u)));
+        nearest_edge = std::min(nearest_edge, std::abs(out.dot(left - u)));
       }
-      REQUIRE(nearest <= 1e-13);
+      REQUIRE(nearest_edge <= 1e-13);
     }
   }
   CHECK(surfaces[static_cast<int>(Surface::corner)] > 100);
