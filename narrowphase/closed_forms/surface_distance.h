@@ -16,7 +16,7 @@ struct SurfaceDistance {
   bool inside;      ///< below the surface by more than the given slack
   Vec3 normal;      ///< unit, outward at the nearest point of the surface; of a hull, from outside, that of some face
                     ///< between
-  double distance;  ///< metres along the normal: negative inside
+  double distance;  ///< metres along the normal: negative inside; of a hull, from outside, a lower bound
 };
 
 /// For a point in the shape's frame; empty for spheres, half-spaces and meshes, and for hulls that are flat or have

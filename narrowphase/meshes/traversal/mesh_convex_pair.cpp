@@ -90,7 +90,8 @@ TriangleBound MeshConvexPair::bound_by(const Corners& p, const Vec3& point, Vec3
   const auto surface = surface_distance(view_, turn_.rotation.transpose() * point, 10 * slack());
   if (!surface) return {};
   TriangleBound b{true, surface->inside, false, point, -(turn_.rotation * surface->normal)};
-  b.depth = -surface->distance;
+  // From outside, the highest face of a hull is no farther than the hull; the hull may be.
+  if (surface->inside || view_.hull == nullptr) b.depth = -surface->distance;
   on_surface = point + surface->distance * b.normal;
   if (surface->inside) {
     const double top = std::max({b.normal.dot(p[0]), b.normal.dot(p[1]), b.normal.dot(p[2])}) - b.normal.dot(point);
