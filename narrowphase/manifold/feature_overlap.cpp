@@ -169,7 +169,9 @@ int clip_over_triangle(const FlatFeature& triangle, const FlatFeature& incident,
     const Vec3& corner = triangle.corner[k];
     const double depth = std::min(deepest, incident.normal.dot(corner - incident.corner[0]) / slant);
     if (depth < -margin - slack) continue;
-    points[count++] = {corner - 0.5 * depth * n, std::max(depth, -margin), static_cast<std::uint32_t>(k)};
+    const auto side = [](int i) { return static_cast<std::uint32_t>(max_corners + i); };
+    points[count++] = {corner - 0.5 * depth * n, std::max(depth, -margin),
+                       feature_number(triangle, false, side(k), side((k + 2) % 3))};
   }
   return count;
 }
