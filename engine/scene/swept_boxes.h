@@ -1,5 +1,5 @@
-// Boxes that contain a moving shape, for consecutive intervals of its motion, each wider by the shape's share of the gap
-// that counts as a touch: where boxes of two are apart, time_of_impact finds none.
+// Boxes that contain a moving shape, for consecutive intervals of its motion, each wider by the shape's share of the
+// gap that counts as a touch: where boxes of two are apart, time_of_impact finds none.
 #pragma once
 #include <array>
 #include <cstddef>

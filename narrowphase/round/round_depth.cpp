@@ -49,6 +49,11 @@ Vec3 way_out(const RoundBody& ellipsoid, const Vec3& point) {
   return (ellipsoid.axes() * ellipsoid_normal({radii[0], radii[1], radii[2]}, at)).normalized();
 }
 
+/// True for bodies with corners, of which several minima may be close together.
+bool may_crowd(const RoundBody& body) {
+  return body.kind() == ShapeKind::box || body.kind() == ShapeKind::convex || body.kind() == ShapeKind::triangle;
+}
+
 class Search {
  public:
   /// From a minimum of h, or from any direction, from which no descent is made if another one is better.
@@ -185,6 +190,7 @@ double Search::expand() {
   constexpr double narrow = 0.02;  // radians
   constexpr int a_face = 64;       // units of work, with a descent
   const double accepted = tolerance::ends_on_round * pair_.scale;
+  const bool has_corners = may_crowd(pair_.body[0]) || may_crowd(pair_.body[1]);
   bool proving = false;
   SupportPolytope polytope(pair_, m_.rounding);
   WorkMeter meter(pair_.difference.limit);
@@ -223,6 +229,8 @@ double Search::expand() {
       continue;
     }
     if (!polytope.add(nearest, w)) {
+      // Two that are almost the same all around an axis: few points prove nothing, what the descents found counts.
+      if (proving && !has_corners) return 0;
       polytope.take_back();
       return m_.best.h - polytope.offset(polytope.nearest());
     }

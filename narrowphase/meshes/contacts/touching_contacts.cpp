@@ -190,7 +190,8 @@ class Touching {
         meter_.spend(of_test);
         if (!holds(!of_a, m_.vertex(of_a, component[0]))) continue;
         for (const std::uint32_t v : component)
-          if (const double far = (m_.vertex(of_a, v) - p).norm(); far < least) least = far, nearest = m_.vertex(of_a, v);
+          if (const double far = (m_.vertex(of_a, v) - p).norm(); far < least)
+            least = far, nearest = m_.vertex(of_a, v);
       }
     return nearest;
   }
