@@ -236,7 +236,9 @@ CellsFound VoxelPair::each_contact(Visit&& visit) {
                    [&](VoxelRef cell) {
                      of_cell_.clear();
                      const PairAnswer answer = solve_cell(cell, Request::contacts, of_cell, &of_cell_);
-                     if (of_cell_.empty()) return true;
+                     // Of a cell and voxels all contacts may be left out as covered: the answer is there all the same.
+                     const bool cells_of_other = other_.kind() == ShapeKind::voxels;
+                     if (cells_of_other ? std::isinf(answer.signed_distance) : of_cell_.empty()) return true;
                      found.take(answer);
                      std::erase_if(of_cell_, [&](const Contact& c) {
                        const bool covered = is_covered(cell, c);

@@ -143,3 +143,20 @@ TEST_CASE("mesh gaps: without them two meshes report what intersects alone") {
       .solve(cube, Pose{}, cube, Pose::at(1.1, 0, 0), Request::contacts, &contacts);
   CHECK(contacts.empty());
 }
+
+// Triangles of the sides, which lie in one plane across a gap as narrow as rounding, have a normal out of that plane
+// alone, and of a solid that side is the outside.
+TEST_CASE("mesh gaps: solids whose faces are flush and sides in one plane push each other off the faces alone") {
+  const Shape a = Shape(box_mesh({0.4, 0.3, 0.3}, 3)), b = Shape(box_mesh({0.4, 0.3, 0.6}, 3));
+  std::mt19937_64 random(7);
+  std::uniform_real_distribution<double> place(-200, 200);
+  for (int i = 0; i < 300; ++i) {
+    const Mat3 turn = i % 3 == 0 ? Mat3(Mat3::Identity()) : random_turn(random).toRotationMatrix();
+    const Vec3 at(place(random), place(random), place(random));
+    const Vec3 aside = Vec3(0, 0, i % 2 == 0 ? 0.15 : 0.1);
+    const Found found = gaps(a, {turn, at}, b, {turn, at + turn * (Vec3(0.4, 0, 0) + aside)}, 1e-3);
+    CAPTURE(i);
+    CHECK_FALSE(found.contacts.empty());
+    for (const Contact& c : found.contacts) CHECK(c.normal.dot(turn.col(0)) > 0.999);
+  }
+}

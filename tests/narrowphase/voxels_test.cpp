@@ -514,3 +514,40 @@ TEST_CASE("voxels: with a solver named, verdicts, distances and contacts are tho
   }
   CHECK(hits > 5);
 }
+
+TEST_CASE("voxels: two sets of cells whose contacts lie on other cells of either touch all the same") {
+  const NarrowPhase solver;
+  Random r(41);
+  const auto cells = [&] {
+    std::vector<std::array<std::int32_t, 3>> list;
+    for (int n = 2 + r.below(7); n > 0; --n) {
+      const int x = r.below(3), y = r.below(3);
+      list.push_back({x, y, r.below(2)});
+    }
+    return list;
+  };
+  int touching = 0;
+  const auto check = [&](const Shape& a, const Shape& b, const Vec3& place) {
+    const Pose at{Mat3::Identity(), place};
+    std::vector<Contact> contacts;
+    const bool collide = solver.solve(a, Pose{}, b, at, Request::collide).collide;
+    const PairAnswer distance = solver.solve(a, Pose{}, b, at, Request::distance),
+                     whole = solver.solve(a, Pose{}, b, at, Request::contacts, &contacts);
+    CHECK(distance.collide == collide);
+    CHECK(whole.collide == collide);
+    CHECK(contacts.empty() != collide);
+    touching += collide ? 1 : 0;
+    if (collide)
+      CHECK(std::abs(whole.signed_distance - distance.signed_distance) <=
+            whole.error_bound + distance.error_bound + 1e-12);
+  };
+  check(voxels(std::vector<std::array<std::int32_t, 3>>{{0, 0, 0}, {0, 1, 0}}, 1),
+        voxels(std::vector<std::array<std::int32_t, 3>>{{1, 2, 0}, {2, 1, 1}}, 1), Vec3(-0.75, -1.5, 0.25));
+  for (int i = 0; i < 3000; ++i) {
+    CAPTURE(i);
+    const Shape a = voxels(cells(), 1), b = voxels(cells(), 1);
+    const double x = r.below(17) - 8, y = r.below(17) - 8;
+    check(a, b, 0.25 * Vec3(x, y, r.below(9) - 4));
+  }
+  CHECK(touching > 2000);
+}

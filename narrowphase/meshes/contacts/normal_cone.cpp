@@ -78,7 +78,8 @@ bool in_normal_cone(const MeshModel& mesh, std::uint32_t t, const Vec3& n, const
   const double longest = std::max({(p[1] - p[0]).norm(), (p[2] - p[0]).norm(), (p[2] - p[1]).norm()});
   std::array<bool, 3> high;
   for (std::size_t k = 0; k < 3; ++k) high[k] = height[k] >= top - flush * longest;
-  if (high[0] && high[1] && high[2]) return true;
+  // A face of a solid has one normal, to the outside; a surface has two.
+  if (high[0] && high[1] && high[2]) return !mesh.solid || n.dot((p[1] - p[0]).cross(p[2] - p[0])) >= 0;
   for (std::size_t k = 0; k < 3; ++k) {
     const std::size_t to = (k + 1) % 3;
     if (!high[k] || !high[to]) continue;
