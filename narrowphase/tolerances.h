@@ -173,6 +173,9 @@ inline constexpr double orthonormal = 1e-14;
 
 // ---- Directions that count as parallel: sines
 
+/// Sides of triangles: below it a face of the Minkowski difference is narrower than the rounding of the corners. (With
+/// `parallel_edges2` other last bits for meshes of slivers.)
+inline constexpr double parallel_sides2 = squared(1e-13);
 /// Edges of polytopes or of their Minkowski difference: 45 epsilon. Less: a cross product that is noise, as the normal
 /// of a triangle or an axis of separation. More: boxes rotated by a tiny angle lack an axis that separates.
 inline constexpr double parallel_edges2 = squared(1e-14);

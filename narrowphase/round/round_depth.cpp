@@ -143,7 +143,7 @@ void Search::try_axes() {
   const RoundBody &a = pair_.body[0], &b = pair_.body[1];
   const auto across = [&](const Vec3& u, const Vec3& v) {
     const Vec3 c = u.cross(v);
-    if (c.squaredNorm() > tolerance::parallel_lines2) axes[count++] = c.normalized();
+    if (c.squaredNorm() > tolerance::parallel_planes2) axes[count++] = c.normalized();
   };
   const RoundBody* box = a.kind() == ShapeKind::box ? &a : b.kind() == ShapeKind::box ? &b : nullptr;
   if (box != nullptr && !descended_ && (a.has_circle() || b.has_circle())) {

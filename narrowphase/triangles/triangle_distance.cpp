@@ -314,7 +314,7 @@ void take_products(const A& a, const TriangleSides& b, const EdgeProducts& produ
     double e2f2;
     const Vec3 n = product(k / 4, k % 4, e2f2);
     const double length2 = n.squaredNorm();
-    if (!(length2 > tolerance::parallel_edges2 * e2f2)) continue;
+    if (!(length2 > tolerance::parallel_sides2 * e2f2)) continue;
     const double distance = gap_along(a, b, n / std::sqrt(length2)).distance;
     axis.doubtful = std::max(axis.doubtful, distance + 16 * epsilon * reach * std::sqrt(e2f2 / length2));
   }
