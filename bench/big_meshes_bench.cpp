@@ -4,7 +4,6 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <bit>
 #include <cstdio>
 #include <functional>
 #include <stdexcept>
@@ -61,11 +60,6 @@ struct Question {
   std::function<bool(MeshContestant&, Row&)> ask;
 };
 
-std::uint64_t hash_of(const TrianglePairs& pairs) {
-  std::uint64_t hash = pairs.size();
-  for (const auto& [i, j] : pairs) hash = std::rotl(hash, 5) ^ ((std::uint64_t{i} << 32 | j) * 0x9e3779b97f4a7c15u);
-  return hash;
-}
 bool note_pairs(const std::optional<TrianglePairs>& pairs, Row& row) {
   if (!pairs) return false;
   row.more["pairs"] = pairs->size();

@@ -158,7 +158,7 @@ Ceiling race(MovingBoxes& world, int steps, int threads, std::vector<Entrant>& a
         throw std::runtime_error(fmt::format("step {}: {} and {} found different pairs", step,
                                              all[0].contestant->name(), all[who].contestant->name()));
     }
-    progress.at(static_cast<std::uint64_t>(step) + 1);
+    progress.at(step + 1);
   }
   return ceiling;
 }
@@ -308,7 +308,7 @@ void run(const BoxWorkload& workload, std::size_t n, int threads, const Settings
   std::vector<Entrant> all = racing(n, threads, settings, times);
   const int steps = settings.steps != 0 ? settings.steps + 1 : default_steps(n, settings.quick);
   const auto world = make_moving_boxes(workload.name, n);
-  Progress progress(workload.name, static_cast<std::uint64_t>(steps));
+  Progress progress(workload.name, steps);
   const Ceiling ceiling = race(*world, steps, threads, all, progress);
   finish(workload.name, n, steps, ceiling, all);
   for (const Entrant& entrant : all) {

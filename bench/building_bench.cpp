@@ -1,5 +1,4 @@
 // Building the hierarchies of meshes of all sizes, beside Embree's of the same triangles and FCL's.
-#include <fcl/geometry/bvh/BVH_model.h>
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 
@@ -9,6 +8,7 @@
 
 #include "benches.h"
 #include "clocks.h"
+#include "fcl_model.h"
 #include "tandem/narrowphase/build_options.h"
 #include "tandem/narrowphase/shape.h"
 #include "torus_meshes.h"
@@ -54,15 +54,6 @@ class EmbreeBuilder {
 };
 #endif
 
-void fcl_build(const Mesh& mesh) {
-  ::fcl::BVHModel<::fcl::OBBRSS<double>> model;
-  model.beginModel(static_cast<int>(mesh.triangles.size()), static_cast<int>(mesh.vertices.size()));
-  std::vector<::fcl::Triangle> all;
-  for (const auto& t : mesh.triangles) all.emplace_back(t[0], t[1], t[2]);
-  model.addSubModel(mesh.vertices, all);
-  model.endModel();
-}
-
 struct Task {
   std::string contestant;
   int threads;
@@ -100,7 +91,7 @@ std::vector<Task> tasks_of(const Mesh& mesh, std::optional<Mesh>& spare,
     }
 #endif
   constexpr std::size_t most_for_fcl = 1'000'000;
-  if (mesh.triangles.size() <= most_for_fcl) tasks.push_back({"FCL, OBBRSS", 1, [&] { fcl_build(mesh); }});
+  if (mesh.triangles.size() <= most_for_fcl) tasks.push_back({"FCL, OBBRSS", 1, [&] { fcl_model(mesh); }});
   return tasks;
 }
 

@@ -1,7 +1,5 @@
 // A piece of cloth that folds over a ball and onto itself: time of setting new vertices, of the triangle pairs with the
 // ball and within the cloth, beside FCL's three kinds of update.
-#include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/narrowphase/collision.h>
 #include <fmt/format.h>
 #include <oneapi/tbb/parallel_for.h>
 
@@ -21,9 +19,6 @@
 
 namespace tandem::bench {
 namespace {
-
-using TrianglePairList = std::vector<std::array<std::uint32_t, 2>>;
-using Model = ::fcl::BVHModel<::fcl::OBBRSS<double>>;
 
 // A point of the cloth, of side 2 metres: half of it is rolled up about a radius and comes down on the other half,
 // wrinkled.
@@ -76,7 +71,7 @@ Mesh ball() {
 }
 
 enum class FclUpdate { update, replace, rebuild };
-void move_to(Model& model, const std::vector<Vec3>& vertices, FclUpdate how) {
+void move_to(FclModel& model, const std::vector<Vec3>& vertices, FclUpdate how) {
   if (how == FclUpdate::update) {
     model.beginUpdateModel();
     model.updateSubModel(vertices);
@@ -88,36 +83,11 @@ void move_to(Model& model, const std::vector<Vec3>& vertices, FclUpdate how) {
   }
 }
 
-// All pairs that FCL finds; of a mesh with itself each pair once, without those that share a vertex.
-TrianglePairList fcl_pairs(const Model& a, const Model& b, const Mesh* itself) {
-  const ::fcl::Transform3d home = ::fcl::Transform3d::Identity();
-  ::fcl::CollisionResultd result;
-  ::fcl::collide(&a, home, &b, home, ::fcl::CollisionRequestd(std::size_t{1} << 28, false), result);
-  TrianglePairList pairs;
-  for (std::size_t k = 0; k < result.numContacts(); ++k) {
-    const auto i = static_cast<std::uint32_t>(result.getContact(k).b1),
-               j = static_cast<std::uint32_t>(result.getContact(k).b2);
-    if (itself != nullptr) {
-      const auto &p = itself->triangles[i], &q = itself->triangles[j];
-      if (i >= j || std::find_first_of(p.begin(), p.end(), q.begin(), q.end()) != p.end()) continue;
-    }
-    pairs.push_back({i, j});
-  }
-  std::sort(pairs.begin(), pairs.end());
-  return pairs;
-}
-
-std::uint64_t hash_of(const TrianglePairList& pairs) {
-  std::uint64_t hash = pairs.size();
-  for (const auto& [i, j] : pairs) hash = std::rotl(hash, 5) ^ ((std::uint64_t{i} << 32 | j) * 0x9e3779b97f4a7c15u);
-  return hash;
-}
-
 /// The work of one contestant in a step; returns the pairs found, if asked for pairs.
 struct PairTask {
   std::string workload, contestant;
   int threads;
-  std::function<TrianglePairList()> run;
+  std::function<TrianglePairs()> run;
   Samples time{};
   std::uint64_t hash = 0;
   std::size_t pairs = 0;
@@ -126,7 +96,7 @@ struct PairTask {
 void run(PairTask& task) {
   const auto clock = task.threads == 1 ? cpu_ns : wall_ns;
   const double begin = clock();
-  const TrianglePairList pairs = task.run();
+  const TrianglePairs pairs = task.run();
   task.time.add(clock() - begin);
   task.hash = std::rotl(task.hash, 9) ^ hash_of(pairs);
   task.pairs += pairs.size();
@@ -189,7 +159,7 @@ std::vector<Row> cloth_bench(const Settings& settings) {
   std::optional<Shape> anew;
   std::size_t rebuilt_triangles = 0;
   const Pose home{};
-  const TrianglePairList none;
+  const TrianglePairs none;
   const std::string move = "new vertices", with_ball = "pairs with a ball", with_itself = "pairs with itself";
   std::vector<PairTask> tasks{
       {move, "tandem, refit", 1, [&] { return rebuilt_triangles += cloth.update(vertices).rebuilt_triangles, none; }},

@@ -13,17 +13,12 @@
 #include <stdexcept>
 
 #include "at_once.h"
+#include "clocks.h"
 #include "results.h"
 #include "tandem/engine/response.h"
 
 namespace tandem::bench {
 namespace {
-
-void work_for(std::chrono::microseconds time) {
-  const auto end = std::chrono::steady_clock::now() + time;
-  while (std::chrono::steady_clock::now() < end) {
-  }
-}
 
 /// Moves the calling thread to one of the cores that it may use, the next one each time, and then lets it migrate
 /// again. The cores of a shared machine differ in speed for seconds at a time; a contestant whose busiest thread always
@@ -129,7 +124,7 @@ void contest(Scene scene, const std::vector<Contestant>& contestants, const Roun
       for (int k = 0; k < count; ++k) {
         const auto at = static_cast<std::size_t>(k);
         place(scene, poses[at]);
-        work_for(std::chrono::microseconds(300));
+        stay_busy(std::chrono::microseconds(300));
         const StepReport report = pipelines[who].step(scene);
         if (report.contact_hash != hashes[at])
           throw std::runtime_error(fmt::format("step {}: {} found contacts {}, {} found {}", first + k,

@@ -272,12 +272,12 @@ MeasuredScene measure(std::string_view scene_name, int threads, bool every_split
   const int steps = settings.steps != 0 ? settings.steps : settings.quick ? 60 : 300;
   const int rounds = settings.repeat != 0 ? settings.repeat : settings.quick ? 1 : 3;
   SceneMeasurement measurement(scene, scene_name, entrants(threads, every_split), threads, rounds, rows);
-  Progress progress(scene_name, static_cast<std::uint64_t>(steps));
+  Progress progress(scene_name, steps);
   contest(
       std::move(scene), measurement.contestants(), {steps, rounds}, [&](const Turn& turn) { measurement.add(turn); },
       [&](int step) {
         measurement.end_step(step);
-        progress.at(static_cast<std::uint64_t>(step) + 1);
+        progress.at(step + 1);
       });
   return std::move(measurement).result();
 }
@@ -417,7 +417,7 @@ json figure_4(const Settings& settings, int threads, std::vector<Row>& rows) {
       pipelines.emplace_back(std::move(options));
     }
     Response response;
-    Progress progress(builtin.name, static_cast<std::uint64_t>(steps));
+    Progress progress(builtin.name, steps);
     json ms = json::array(), modes = json::array();
     std::vector<Samples> stretches(static_cast<std::size_t>((steps + every - 1) / every));
     for (int step = 0; step < steps; ++step) {
@@ -434,7 +434,7 @@ json figure_4(const Settings& settings, int threads, std::vector<Row>& rows) {
       modes.push_back(contestant);
       stretches[static_cast<std::size_t>(step / every)].add(report.execution.detect_ms);
       response.step(scene, pipelines[mode].contacts());
-      progress.at(static_cast<std::uint64_t>(step) + 1);
+      progress.at(step + 1);
     }
     pictures.push_back({{"figures", {"4"}},
                         {"workload", builtin.name},

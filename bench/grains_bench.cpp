@@ -150,12 +150,12 @@ std::vector<Tally> contest(Scene& scene, const SceneDetectors& all, int settling
   Scene ahead = scene;
   Pipeline pipeline({.answer = {.margin = recommended_margin(ahead)}});
   Response response;
-  Progress progress("grains", static_cast<std::uint64_t>(settling + stretches));
+  Progress progress("grains", settling + stretches);
   const auto go_on = [&] {
     pipeline.step(ahead);
     response.step(ahead, pipeline.contacts());
   };
-  for (int step = 0; step < settling; ++step, progress.at(static_cast<std::uint64_t>(step))) go_on();
+  for (int step = 0; step < settling; ++step, progress.at(step)) go_on();
   memory["bed"] = memory_of_bed(ahead, ahead.bodies());
   std::vector<Tally> tallies(all.size());
   std::vector<std::size_t> order(all.size());
@@ -167,7 +167,7 @@ std::vector<Tally> contest(Scene& scene, const SceneDetectors& all, int settling
       stretch.emplace_back(ahead.poses().begin(), ahead.poses().end());
     std::shuffle(order.begin(), order.end(), random);
     for (const std::size_t who : order) play(scene, stretch, *all[who], tallies[who]);
-    progress.at(static_cast<std::uint64_t>(settling + k + 1));
+    progress.at(settling + k + 1);
   }
   return tallies;
 }

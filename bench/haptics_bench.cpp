@@ -1,7 +1,5 @@
 // The loop of a haptic device, a thousand queries a second: a tool of 10,000 triangles glides over a scene of 500,000,
 // approaches, touches and penetrates it. The result is the slowest of a thousand queries, not the mean.
-#include <fcl/geometry/bvh/BVH_model.h>
-#include <fcl/narrowphase/collision.h>
 #include <fcl/narrowphase/distance.h>
 #include <fmt/format.h>
 
@@ -12,6 +10,8 @@
 #include "ball_triangles.h"
 #include "benches.h"
 #include "clocks.h"
+#include "fcl_model.h"
+#include "fcl_shape.h"
 #include "tandem/engine/scene_queries.h"
 #include "tandem/narrowphase/prepare.h"
 #include "tandem/narrowphase/shape_makers.h"
@@ -61,38 +61,18 @@ Pose tool_pose(int ms) {
   return {turn.toRotationMatrix(), {x, y, ground(x, y) + 0.031 + gap}};
 }
 
-using FclModel = ::fcl::BVHModel<::fcl::OBBRSS<double>>;
-
-std::shared_ptr<FclModel> fcl_model(std::span<const Vec3> vertices,
-                                    std::span<const std::array<std::uint32_t, 3>> triangles) {
-  auto model = std::make_shared<FclModel>();
-  model->beginModel(static_cast<int>(triangles.size()), static_cast<int>(vertices.size()));
-  std::vector<::fcl::Triangle> all;
-  for (const auto& t : triangles) all.emplace_back(t[0], t[1], t[2]);
-  model->addSubModel({vertices.begin(), vertices.end()}, all);
-  model->endModel();
-  return model;
-}
-
-::fcl::Transform3d fcl_placed(const Pose& pose) {
-  ::fcl::Transform3d at = ::fcl::Transform3d::Identity();
-  at.linear() = pose.rotation;
-  at.translation() = pose.translation;
-  return at;
-}
-
 std::size_t fcl_contacts(const FclModel& tool, const Pose& pose, const FclModel& ground, std::size_t most,
                          bool with_contacts) {
   ::fcl::CollisionResultd result;
-  ::fcl::collide(&tool, fcl_placed(pose), &ground, ::fcl::Transform3d::Identity(),
+  ::fcl::collide(&tool, fcl_pose(pose), &ground, ::fcl::Transform3d::Identity(),
                  ::fcl::CollisionRequestd(most, with_contacts), result);
   return result.numContacts();
 }
 
 double fcl_distance(const FclModel& tool, const Pose& pose, const FclModel& ground) {
   ::fcl::DistanceResultd result;
-  return ::fcl::distance(&tool, fcl_placed(pose), &ground, ::fcl::Transform3d::Identity(),
-                         ::fcl::DistanceRequestd(true), result);
+  return ::fcl::distance(&tool, fcl_pose(pose), &ground, ::fcl::Transform3d::Identity(), ::fcl::DistanceRequestd(true),
+                         result);
 }
 
 struct Query {

@@ -4,12 +4,18 @@
 #include <oneapi/tbb/info.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <iostream>
+#include <memory>
 #include <optional>
 #include <sstream>
+#include <string_view>
+#include <utility>
+#include <vector>
 
 #include "benches.h"
 #include "formats/input_error.h"
@@ -62,7 +68,7 @@ Settings read(const Options& options, const std::vector<std::string>& scenes) {
   return settings;
 }
 
-void run(const Bench& bench, const Options& options, const std::vector<std::string>& scenes = builtin_names()) {
+void run(const Bench& bench, const Options& options, const std::vector<std::string>& scenes) {
   const Settings settings = read(options, scenes);
   std::optional<OutputFile> json;
   if (!options.json.empty()) json.emplace("--json", options.json);
@@ -80,164 +86,171 @@ void run(const Bench& bench, const Options& options, const std::vector<std::stri
   }
 }
 
-struct Command {
-  CLI::App* app;
-  std::shared_ptr<Options> options;
+/// An option of a bench: its name, which says what it sets (option_values), and its help.
+struct OptionHelp {
+  const char* name;
+  std::string text;
 };
 
-Command add(CLI::App& program, const char* name, const char* text, Bench bench) {
-  CLI::App* app = program.add_subcommand(name, text);
+constexpr std::pair<std::string_view, std::string Options::*> option_values[] = {
+    {"--scene", &Options::scenes},  {"--kind", &Options::kinds},      {"--contestant", &Options::contestants},
+    {"--sizes", &Options::sizes},   {"--threads", &Options::threads}, {"--steps", &Options::steps},
+    {"--repeat", &Options::repeat}, {"--bodies", &Options::bodies},   {"--poses", &Options::poses}};
+
+/// A bench as a command of the program.
+struct Command {
+  const char *name, *text;
+  Bench bench;
+  std::vector<OptionHelp> options;
+  /// The names permitted for --scene, given those asked for.
+  std::function<std::vector<std::string>(const Options&)> scenes = [](const Options&) { return builtin_names(); };
+};
+
+void add(CLI::App& program, const Command& command) {
+  CLI::App* app = program.add_subcommand(command.name, command.text);
   const auto o = std::make_shared<Options>();
   app->add_option("--json", o->json, "write the results to this FILE");
   app->add_flag("--quick", o->quick, "fewer and shorter runs");
-  app->callback([bench, o] { run(bench, *o); });
-  return {app, o};
+  for (const auto& [name, text] : command.options) {
+    const auto value = std::ranges::find(option_values, std::string_view(name), [](const auto& v) { return v.first; });
+    app->add_option(name, (*o).*(value->second), text);
+  }
+  app->callback([bench = command.bench, scenes = command.scenes, o] { run(bench, *o, scenes(*o)); });
 }
 
-void add_simulation(CLI::App& program, const char* name, const char* text, Bench bench) {
-  const auto [app, o] = add(program, name, text, bench);
-  app->add_option("--scene", o->scenes, "built-in scenes, comma-separated");
-  app->add_option("--threads", o->threads, "numbers of threads, comma-separated; default: the cores");
-  app->add_option("--steps", o->steps, "simulation steps");
-  app->add_option("--repeat", o->repeat, "rounds a step");
-  app->add_option("--bodies", o->bodies, "bodies of each scene; default: the paper's number");
+std::vector<Command> step_benches() {
+  const std::vector<OptionHelp> simulation{{"--scene", "built-in scenes, comma-separated"},
+                                           {"--threads", "numbers of threads, comma-separated; default: the cores"},
+                                           {"--steps", "simulation steps"},
+                                           {"--repeat", "rounds a step"},
+                                           {"--bodies", "bodies of each scene; default: the paper's number"}};
+  return {{"scenes", "the paper's four scenes by executor", scenes_bench, simulation},
+          {"figures", "the paper's Figures 3 to 7, measured and simulated", figures_bench, simulation},
+          {"flowgraph", "overhead of the executors, and every executor on many loads", flowgraph_bench, simulation}};
 }
 
-void add_narrowphase(CLI::App& program) {
-  const auto [app, o] =
-      add(program, "narrowphase", "speed against error, beside FCL, libccd and Bullet", narrowphase_bench);
-  app->add_option("--kind", o->kinds, "kinds of pairs, as box-box, comma-separated; default: all");
-  app->add_option("--poses", o->poses, "queries of each kind and class; default: 400");
-  app->add_option("--repeat", o->repeat, "samples of each contestant's time; default: 15");
+std::vector<Command> kept_step_benches() {
+  return {{"grains",
+           "a bed of spheres of all sizes, beside a cell list and Bullet",
+           grains_bench,
+           {{"--sizes", "numbers of spheres, comma-separated; default: 20000,100000"},
+            {"--threads", "tandem's numbers of threads, comma-separated; default: 1,2"},
+            {"--steps", "steps before the first that is timed; default: 100"},
+            {"--repeat", "stretches of six timed steps; default: 8"}}},
+          {"steps",
+           "steps with kept contacts: speed against error",
+           steps_bench,
+           {{"--scene", "built-in scenes, comma-separated"},
+            {"--steps", "simulation steps; default: 400"},
+            {"--bodies", "bodies of each scene; default: 400"}}},
+          {"short-steps",
+           "speedup of short steps by a second thread",
+           short_steps_bench,
+           {{"--scene", "built-in scenes, comma-separated"},
+            {"--sizes", "numbers of bodies, comma-separated; default: 100,300,1000,3000"},
+            {"--threads", "default: the cores"},
+            {"--steps", "simulation steps; default: 400"},
+            {"--repeat", "rounds a step"}}}};
 }
 
-void add_broadphase(CLI::App& program) {
-  const auto [app, o] = add(program, "broadphase",
-                            "overlapping boxes, beside FCL, Embree, Bullet and CGAL where installed", broadphase_bench);
+std::vector<std::string> peers_scenes(const Options& options) {
+  std::vector<std::string> allowed = peers_scene_names();
+  for (const std::string& scene : split_list(options.scenes))
+    if (std::filesystem::is_regular_file(scene)) allowed.push_back(scene);
+  return allowed;
+}
+
+std::vector<Command> phase_benches() {
   const std::vector<std::string> worlds = broadphase_scenes();
-  app->add_option("--scene", o->scenes, fmt::format("worlds of boxes, comma-separated: {}", fmt::join(worlds, ", ")));
-  app->add_option("--sizes", o->sizes, "numbers of boxes, comma-separated");
-  app->add_option("--contestant", o->contestants, "contestants, comma-separated; default: all");
-  app->add_option("--threads", o->threads, "numbers of threads, comma-separated; default: 1,2");
-  app->add_option("--steps", o->steps, "steps after the first");
-  app->callback([o = o, worlds] { run(broadphase_bench, *o, worlds); });
+  return {{"narrowphase",
+           "speed against error, beside FCL, libccd and Bullet",
+           narrowphase_bench,
+           {{"--kind", "kinds of pairs, as box-box, comma-separated; default: all"},
+            {"--poses", "queries of each kind and class; default: 400"},
+            {"--repeat", "samples of each contestant's time; default: 15"}}},
+          {"broadphase",
+           "overlapping boxes, beside FCL, Embree, Bullet and CGAL where installed",
+           broadphase_bench,
+           {{"--scene", fmt::format("worlds of boxes, comma-separated: {}", fmt::join(worlds, ", "))},
+            {"--sizes", "numbers of boxes, comma-separated"},
+            {"--contestant", "contestants, comma-separated; default: all"},
+            {"--threads", "numbers of threads, comma-separated; default: 1,2"},
+            {"--steps", "steps after the first"}},
+           [worlds](const Options&) { return worlds; }},
+          {"peers",
+           "the whole detection step, beside FCL's and Bullet's collision worlds",
+           peers_bench,
+           {{"--scene", fmt::format("scenes, comma-separated: {}, or files of 'tandem run --record'",
+                                    fmt::join(peers_scene_names(), ", "))},
+            {"--threads", "tandem's numbers of threads, comma-separated; default: 1,2"},
+            {"--steps", "simulation steps; default: 400"},
+            {"--bodies", "moving bodies of each scene; default: the paper's number"}},
+           peers_scenes}};
 }
 
-void add_peers(CLI::App& program) {
-  const auto [app, o] =
-      add(program, "peers", "the whole detection step, beside FCL's and Bullet's collision worlds", peers_bench);
-  const std::vector<std::string> names = peers_scene_names();
-  app->add_option(
-      "--scene", o->scenes,
-      fmt::format("scenes, comma-separated: {}, or files of 'tandem run --record'", fmt::join(names, ", ")));
-  app->add_option("--threads", o->threads, "tandem's numbers of threads, comma-separated; default: 1,2");
-  app->add_option("--steps", o->steps, "simulation steps; default: 400");
-  app->add_option("--bodies", o->bodies, "moving bodies of each scene; default: the paper's number");
-  app->callback([o = o, names] {
-    std::vector<std::string> allowed = names;
-    for (const std::string& scene : split_list(o->scenes))
-      if (std::filesystem::is_regular_file(scene)) allowed.push_back(scene);
-    run(peers_bench, *o, allowed);
-  });
+std::vector<Command> query_benches() {
+  return {{"planner",
+           "robot arms among obstacles, beside FCL and Bullet",
+           planner_bench,
+           {{"--threads", "tandem's numbers of threads, comma-separated; default: 1,2"},
+            {"--poses", "configurations of each world; default: 96000"}}},
+          {"haptics",
+           "a tool of 10,000 triangles against 500,000 at 1 kHz, beside FCL",
+           haptics_bench,
+           {{"--steps", "milliseconds; default: 20000"}}},
+          {"vertex-impacts",
+           "first impacts of vertices on straight lines, compared with exact ones",
+           vertex_impacts_bench,
+           {{"--poses", "queries of each kind; default: 40000"}}}};
 }
 
-void add_planner(CLI::App& program) {
-  const auto [app, o] = add(program, "planner", "robot arms among obstacles, beside FCL and Bullet", planner_bench);
-  app->add_option("--threads", o->threads, "tandem's numbers of threads, comma-separated; default: 1,2");
-  app->add_option("--poses", o->poses, "configurations of each world; default: 96000");
+std::vector<Command> mesh_benches() {
+  return {{"cloth",
+           "a folding sheet on a ball and on itself, beside FCL's updates",
+           cloth_bench,
+           {{"--sizes", "triangles of the sheet; default: 100000"}, {"--steps", "steps of the motion; default: 24"}}},
+          {"round-meshes",
+           "contacts of convex shapes with meshes of 6,000 triangles, beside FCL",
+           round_meshes_bench,
+           {{"--kind", "convex shapes, as cone, or rows, as 'cone deep', comma-separated, or just steps; default: all"},
+            {"--poses", "poses of each pair of shapes and class; default: 40"},
+            {"--bodies", "bodies of the steps; default: 1000"},
+            {"--steps", "timed steps; default: 20"}}},
+          {"depths",
+           "bounds on the depth of solids deep in each other",
+           depths_bench,
+           {{"--kind", "families, comma-separated: bowls, rings, gears, tori, blobs; default: all"},
+            {"--poses", "pairs of each family; default: 100"},
+            {"--sizes", "boxes of translations, comma-separated; default: 200,1000,5000,20000,80000"}}},
+          {"building",
+           "building meshes for queries, beside Embree and FCL",
+           building_bench,
+           {{"--sizes", "numbers of triangles, comma-separated; default: 1000 to 5000000"},
+            {"--repeat", "repetitions of each build; default: 15, for large ones 7 and 3"}}},
+          {"big-meshes",
+           "meshes by size, all requests, beside FCL, Embree and CGAL",
+           big_meshes_bench,
+           {{"--sizes", "numbers of triangles, comma-separated; default: 1000 to 5000000"},
+            {"--contestant", "tandem, FCL, Embree, CGAL, comma-separated; default: all"},
+            {"--repeat", "repetitions of each query; default: by size, 15 to 1"}}}};
 }
 
-void add_haptics(CLI::App& program) {
-  const auto [app, o] =
-      add(program, "haptics", "a tool of 10,000 triangles against 500,000 at 1 kHz, beside FCL", haptics_bench);
-  app->add_option("--steps", o->steps, "milliseconds; default: 20000");
-}
-
-void add_vertex_impacts(CLI::App& program) {
-  const auto [app, o] =
-      add(program, "vertex-impacts", "first impacts of vertices on straight lines, compared with exact ones",
-          vertex_impacts_bench);
-  app->add_option("--poses", o->poses, "queries of each kind; default: 40000");
-}
-
-void add_grains(CLI::App& program) {
-  const auto [app, o] =
-      add(program, "grains", "a bed of spheres of all sizes, beside a cell list and Bullet", grains_bench);
-  app->add_option("--sizes", o->sizes, "numbers of spheres, comma-separated; default: 20000,100000");
-  app->add_option("--threads", o->threads, "tandem's numbers of threads, comma-separated; default: 1,2");
-  app->add_option("--steps", o->steps, "steps before the first that is timed; default: 100");
-  app->add_option("--repeat", o->repeat, "stretches of six timed steps; default: 8");
-}
-
-void add_steps(CLI::App& program) {
-  const auto [app, o] = add(program, "steps", "steps with kept contacts: speed against error", steps_bench);
-  app->add_option("--scene", o->scenes, "built-in scenes, comma-separated");
-  app->add_option("--steps", o->steps, "simulation steps; default: 400");
-  app->add_option("--bodies", o->bodies, "bodies of each scene; default: 400");
-}
-
-void add_short_steps(CLI::App& program) {
-  const auto [app, o] = add(program, "short-steps", "speedup of short steps by a second thread", short_steps_bench);
-  app->add_option("--scene", o->scenes, "built-in scenes, comma-separated");
-  app->add_option("--sizes", o->sizes, "numbers of bodies, comma-separated; default: 100,300,1000,3000");
-  app->add_option("--threads", o->threads, "default: the cores");
-  app->add_option("--steps", o->steps, "simulation steps; default: 400");
-  app->add_option("--repeat", o->repeat, "rounds a step");
-}
-
-void add_cloth(CLI::App& program) {
-  const auto [app, o] =
-      add(program, "cloth", "a folding sheet on a ball and on itself, beside FCL's updates", cloth_bench);
-  app->add_option("--sizes", o->sizes, "triangles of the sheet; default: 100000");
-  app->add_option("--steps", o->steps, "steps of the motion; default: 24");
-}
-
-void add_round_meshes(CLI::App& program) {
-  const auto [app, o] = add(program, "round-meshes",
-                            "contacts of convex shapes with meshes of 6,000 triangles, beside FCL", round_meshes_bench);
-  app->add_option("--kind", o->kinds,
-                  "convex shapes, as cone, or rows, as 'cone deep', comma-separated, or just steps; default: all");
-  app->add_option("--poses", o->poses, "poses of each pair of shapes and class; default: 40");
-  app->add_option("--bodies", o->bodies, "bodies of the steps; default: 1000");
-  app->add_option("--steps", o->steps, "timed steps; default: 20");
-}
-
-void add_depths(CLI::App& program) {
-  const auto [app, o] = add(program, "depths", "bounds on the depth of solids deep in each other", depths_bench);
-  app->add_option("--kind", o->kinds, "families, comma-separated: bowls, rings, gears, tori, blobs; default: all");
-  app->add_option("--poses", o->poses, "pairs of each family; default: 100");
-  app->add_option("--sizes", o->sizes, "boxes of translations, comma-separated; default: 200,1000,5000,20000,80000");
-}
-
-void add_building(CLI::App& program) {
-  const auto [app, o] = add(program, "building", "building meshes for queries, beside Embree and FCL", building_bench);
-  app->add_option("--sizes", o->sizes, "numbers of triangles, comma-separated; default: 1000 to 5000000");
-  app->add_option("--repeat", o->repeat, "repetitions of each build; default: 15, for large ones 7 and 3");
-}
-
-void add_big_meshes(CLI::App& program) {
-  const auto [app, o] =
-      add(program, "big-meshes", "meshes by size, all requests, beside FCL, Embree and CGAL", big_meshes_bench);
-  app->add_option("--sizes", o->sizes, "numbers of triangles, comma-separated; default: 1000 to 5000000");
-  app->add_option("--contestant", o->contestants, "tandem, FCL, Embree, CGAL, comma-separated; default: all");
-  app->add_option("--repeat", o->repeat, "repetitions of each query; default: by size, 15 to 1");
-}
-
+std::vector<Command> adapter_benches() {
 #ifdef TANDEM_HAS_FCL_ADAPTER
-void add_fcl(CLI::App& program) {
-  const auto [app, o] = add(program, "fcl", "tandem::fcl's broad-phase manager beside FCL's managers", fcl_bench);
-  app->add_option("--sizes", o->sizes, "numbers of objects, comma-separated; default: 300,3000,30000");
-  app->add_option("--contestant", o->contestants, "managers, comma-separated: tandem, FCL tree, FCL SaP, FCL naive");
-  app->add_option("--steps", o->steps, "simulation steps; default: 60");
-}
-
-void add_octrees(CLI::App& program) {
-  const auto [app, o] = add(program, "octrees",
-                            "a robot's link among an octree's cells: FCL's octree, voxels, their mesh", octrees_bench);
-  app->add_option("--sizes", o->sizes, "about how many cells; default: 100000");
-  app->add_option("--repeat", o->repeat, "rounds of each; default: 5");
-}
+  return {{"fcl",
+           "tandem::fcl's broad-phase manager beside FCL's managers",
+           fcl_bench,
+           {{"--sizes", "numbers of objects, comma-separated; default: 300,3000,30000"},
+            {"--contestant", "managers, comma-separated: tandem, FCL tree, FCL SaP, FCL naive"},
+            {"--steps", "simulation steps; default: 60"}}},
+          {"octrees",
+           "a robot's link among an octree's cells: FCL's octree, voxels, their mesh",
+           octrees_bench,
+           {{"--sizes", "about how many cells; default: 100000"}, {"--repeat", "rounds of each; default: 5"}}}};
+#else
+  return {};
 #endif
+}
 
 void add_report(CLI::App& program) {
   struct ReportOptions {
@@ -274,27 +287,9 @@ int run_program(int count, char** arguments) {
                    "tandem-bench");
   program.set_version_flag("--version", "tandem-bench " TANDEM_VERSION);
   program.require_subcommand(1);
-  add_simulation(program, "scenes", "the paper's four scenes by executor", scenes_bench);
-  add_simulation(program, "figures", "the paper's Figures 3 to 7, measured and simulated", figures_bench);
-  add_simulation(program, "flowgraph", "overhead of the executors, and every executor on many loads", flowgraph_bench);
-  add_narrowphase(program);
-  add_broadphase(program);
-  add_peers(program);
-  add_planner(program);
-  add_haptics(program);
-  add_vertex_impacts(program);
-  add_grains(program);
-  add_steps(program);
-  add_short_steps(program);
-  add_cloth(program);
-  add_round_meshes(program);
-  add_depths(program);
-  add_building(program);
-  add_big_meshes(program);
-#ifdef TANDEM_HAS_FCL_ADAPTER
-  add_fcl(program);
-  add_octrees(program);
-#endif
+  for (const auto& benches :
+       {step_benches(), phase_benches(), query_benches(), kept_step_benches(), mesh_benches(), adapter_benches()})
+    for (const Command& command : benches) add(program, command);
   add_report(program);
   program.footer(
       "tandem-bench WHAT --help lists the options of WHAT.\nExit status: 0 done, 1 the work failed, 2 the request was "

@@ -103,7 +103,7 @@ std::vector<StepTally> play(RecordedScene& recorded, const SceneDetectors& detec
         tally.extra += missing(ours, theirs);
       }
     }
-    progress.at(static_cast<std::uint64_t>(&stretch - recorded.stretches.data()) + 1);
+    progress.at(&stretch - recorded.stretches.data() + 1);
   }
   return tallies;
 }

@@ -107,7 +107,7 @@ void time_ours(const MeshPair& pair, const NarrowPhase& solver, MeshContestant& 
 }
 
 void time_fcl(const MeshPair& pair, bool gap_too, MeshContestant& out, double& ns) {
-  const ::fcl::Transform3d home = ::fcl::Transform3d::Identity(), at = fcl_pose(pair.at, Vec3::Zero());
+  const ::fcl::Transform3d home = ::fcl::Transform3d::Identity(), at = fcl_pose(pair.at);
   std::size_t contacts = 0;
   double gap = 0;
   ns = least_time([&] {

@@ -60,7 +60,7 @@ std::vector<Row> scenes_bench(const Settings& settings) {
       for (const Contestant& contestant : all)
         scene_rows.push_back({"scenes", name, contestant.name, 1, scene.bodies(), {}, 0, {{"steps", steps}}});
       std::vector<Serial> serial(all.size());
-      Progress progress(name, static_cast<std::uint64_t>(steps));
+      Progress progress(name, steps);
       contest(
           std::move(scene), all, {steps, std::max(1, settings.repeat), 10},
           [&](const Turn& turn) {
@@ -70,7 +70,7 @@ std::vector<Row> scenes_bench(const Settings& settings) {
             row.hash = turn.report.contact_hash;
             serial[turn.contestant].add(turn.report.execution);
           },
-          [&](int step) { progress.at(static_cast<std::uint64_t>(step) + 1); });
+          [&](int step) { progress.at(step + 1); });
       const double sequential = scene_rows.front().time.median();
       const Row* copies = nullptr;
       for (std::size_t i = 0; i < all.size(); ++i)

@@ -42,7 +42,7 @@ void scene_rows(std::vector<Row>& rows, const std::string& name, std::size_t bod
   std::vector<double> awake_ms(all.size());
   for (const Contestant& contestant : all)
     own.push_back({"short-steps", name, contestant.name, 1, scene.bodies(), {}, 0, {{"steps", steps}}});
-  Progress progress(name, static_cast<std::uint64_t>(steps));
+  Progress progress(name, steps);
   contest(
       std::move(scene), all, {steps, repeat, 20},
       [&](const Turn& turn) {
@@ -52,7 +52,7 @@ void scene_rows(std::vector<Row>& rows, const std::string& name, std::size_t bod
         row.hash = turn.report.contact_hash;
         awake_ms[turn.contestant] += turn.report.execution.awake_ms;
       },
-      [&](int step) { progress.at(static_cast<std::uint64_t>(step) + 1); });
+      [&](int step) { progress.at(step + 1); });
   for (std::size_t i = 0; i < own.size(); ++i) {
     Row& row = own[i];
     const double ratio = own.front().time.sum() / row.time.sum();

@@ -129,7 +129,7 @@ nlohmann::json quantiles(const Samples& samples) {
 
 void run(Scene& scene, std::vector<StepContestant>& all, int steps) {
   Response response;
-  Progress progress(scene.name, static_cast<std::uint64_t>(steps));
+  Progress progress(scene.name, steps);
   for (int step = 0; step < steps; ++step) {
     for (std::size_t turn = 0; turn < all.size(); ++turn) {
       StepContestant& who = all[(turn + static_cast<std::size_t>(step)) % all.size()];
@@ -145,7 +145,7 @@ void run(Scene& scene, std::vector<StepContestant>& all, int steps) {
     const ContactList& truth = all.front().pipeline.contacts();
     for (StepContestant& who : all) Judge(scene, who.pipeline.contacts(), truth, who.errors).look();
     response.step(scene, truth);
-    progress.at(static_cast<std::uint64_t>(step) + 1);
+    progress.at(step + 1);
   }
 }
 

@@ -1,6 +1,5 @@
 // Contestants of the bench of large meshes: a library each, which builds its hierarchies and answers queries.
 #pragma once
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -9,10 +8,9 @@
 #include <vector>
 
 #include "tandem/narrowphase/shape.h"
+#include "triangle_pairs.h"
 
 namespace tandem::bench {
-
-using TrianglePairs = std::vector<std::array<std::uint32_t, 2>>;
 
 /// Two meshes A and B, and a third that holds both and so intersects itself, as one library has them. A query that the
 /// library does not have returns nothing.

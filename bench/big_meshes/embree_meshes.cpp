@@ -32,7 +32,7 @@ class EmbreeScene {
   ~EmbreeScene() { rtcReleaseScene(scene_); }
 
   RTCScene scene() const { return scene_; }
-  const std::array<std::uint32_t, 3>& triangle(std::uint32_t t) const { return mesh_.triangles[t]; }
+  const Mesh& mesh() const { return mesh_; }
   const Vec3& corner(std::uint32_t t, std::size_t k) const { return mesh_.vertices[mesh_.triangles[t][k]]; }
 
  private:
@@ -101,10 +101,7 @@ class EmbreeMeshes final : public MeshContestant {
     TrianglePairs pairs;
     for (unsigned k = 0; k < count; ++k) {
       const std::uint32_t i = found[k].primID0, j = found[k].primID1;
-      if (s.self) {
-        const auto &p = s.a.triangle(i), &q = s.b.triangle(j);
-        if (i >= j || std::find_first_of(p.begin(), p.end(), q.begin(), q.end()) != p.end()) continue;
-      }
+      if (s.self && !counts(s.a.mesh(), i, j)) continue;
       if (::fcl::detail::Intersect<double>::intersect_Triangle(s.a.corner(i, 0), s.a.corner(i, 1), s.a.corner(i, 2),
                                                                s.b.corner(j, 0), s.b.corner(j, 1), s.b.corner(j, 2)))
         pairs.push_back({i, j});

@@ -16,7 +16,7 @@ std::shared_ptr<fcl::CollisionGeometryd> fcl_shape(const Shape& shape);
 std::shared_ptr<fcl::CollisionGeometryd> fcl_spheres_shape(const Shape& mesh);
 
 /// The pose relative to `origin`: far from the world's origin FCL would lose digits.
-inline fcl::Transform3d fcl_pose(const Pose& pose, const Vec3& origin) {
+inline fcl::Transform3d fcl_pose(const Pose& pose, const Vec3& origin = Vec3::Zero()) {
   fcl::Transform3d t = fcl::Transform3d::Identity();
   t.linear() = pose.rotation;
   t.translation() = pose.translation - origin;

@@ -53,7 +53,7 @@ class FclDetector final : public SceneDetector {
     for (std::uint32_t i = 0; i < scene.indices(); ++i) {
       bodies_.push_back({i, scene.is_static()[i] != 0});
       objects_.push_back(std::make_unique<fcl::CollisionObjectd>(shapes[scene.shape_indices()[i]],
-                                                                 fcl_pose(scene.poses()[i], Vec3::Zero())));
+                                                                 fcl_pose(scene.poses()[i])));
       objects_.back()->setUserData(&bodies_.back());
       objects_.back()->computeAABB();
       if (const Shape& shape = scene.shape_of(i); shape.is_bounded()) {
@@ -73,7 +73,7 @@ class FclDetector final : public SceneDetector {
   void detect(const Scene& scene) override {
     for (const FclBody& body : bodies_) {
       if (body.is_static) continue;
-      objects_[body.index]->setTransform(fcl_pose(scene.poses()[body.index], Vec3::Zero()));
+      objects_[body.index]->setTransform(fcl_pose(scene.poses()[body.index]));
       objects_[body.index]->computeAABB();
     }
     manager_.update();

@@ -19,7 +19,7 @@ class FclPlanner final : public OneByOnePlanner {
   explicit FclPlanner(const PlannerWorld& world) : OneByOnePlanner(world) {
     for (std::uint32_t i = 0; i < world.obstacles.indices(); ++i) {
       objects_.push_back(std::make_unique<fcl::CollisionObjectd>(
-          fcl_shape(world.obstacles.shape_of(i)), fcl_pose(world.obstacles.poses()[i], Vec3::Zero())));
+          fcl_shape(world.obstacles.shape_of(i)), fcl_pose(world.obstacles.poses()[i])));
       manager_.registerObject(objects_.back().get());
     }
     manager_.setup();
@@ -43,7 +43,7 @@ class FclPlanner final : public OneByOnePlanner {
  private:
   void place(const Pose* poses) {
     for (std::size_t i = 0; i < links_.size(); ++i) {
-      links_[i]->setTransform(fcl_pose(poses[i], Vec3::Zero()));
+      links_[i]->setTransform(fcl_pose(poses[i]));
       links_[i]->computeAABB();
     }
   }

@@ -17,18 +17,18 @@ Vec3 into(const Pose& frame, const Vec3& world) { return frame.rotation.transpos
 
 KeptContacts::Batch::~Batch() {
   const std::scoped_lock lock(all_.mutex_);
-  all_.told_.add(sums_);
-  if (fresh_details_.size() != 0) {
-    const auto first = static_cast<std::uint32_t>(all_.fresh_details_.size());
-    for (Fresh& fresh : fresh_)
-      if (fresh.entry.detail != none) fresh.entry.detail += first;
+  all_.batch_sums_.add(sums_);
+  if (new_details_.size() != 0) {
+    const auto first = static_cast<std::uint32_t>(all_.new_details_.size());
+    for (NewPair& added : new_pairs_)
+      if (added.entry.detail != none) added.entry.detail += first;
     for (auto& [entry, place] : adopted_) all_.adopted_.push_back({entry, place + first});
-    std::move(fresh_details_.begin(), fresh_details_.end(), std::back_inserter(all_.fresh_details_));
+    std::move(new_details_.begin(), new_details_.end(), std::back_inserter(all_.new_details_));
   }
-  all_.fresh_.insert(all_.fresh_.end(), fresh_.begin(), fresh_.end());
+  all_.new_pairs_.insert(all_.new_pairs_.end(), new_pairs_.begin(), new_pairs_.end());
 }
 
-void KeptContacts::Batch::seek(Pair pair) {
+void KeptContacts::Batch::find_entry(Pair pair) {
   const std::uint64_t key = key_of(pair);
   const std::vector<std::uint64_t>& keys = all_.keys_;
   entry_ = nullptr;
@@ -40,17 +40,17 @@ void KeptContacts::Batch::seek(Pair pair) {
   entry_ = &all_.entries_[next_++];
 }
 
-std::size_t KeptContacts::Batch::stand(std::span<const Pair> pairs) {
+std::size_t KeptContacts::Batch::append_valid(std::span<const Pair> pairs) {
   std::uint32_t begin = 0, end = 0;  // range of the last step's list to append
   std::size_t count = 0;
   for (; count < pairs.size(); ++count) {
     const Pair pair = pairs[count];
-    seek(pair);
+    find_entry(pair);
     was_candidate_ = entry_ != nullptr && entry_->candidate;
-    if (!was_candidate_ || !all_.stands(*entry_, pair)) break;
+    if (!was_candidate_ || !all_.remains_valid(*entry_, pair)) break;
     Entry& entry = *entry_;
     entry.seen = all_.step_;
-    if (!all_.all_asked_) continue;  // its answer keeps its place
+    if (!all_.all_processed_) continue;  // its answer keeps its place
     const auto index = static_cast<std::size_t>(entry_ - all_.entries_.data());
     const std::uint32_t place = all_.results_[index];
     if (place != end) {
@@ -58,7 +58,7 @@ std::size_t KeptContacts::Batch::stand(std::span<const Pair> pairs) {
       begin = place;
     }
     end = place + (entry.reported ? 1 : 0);
-    if (!entry.told) all_.tell(index, pair, place);
+    if (!entry.resting) all_.mark_resting(index, pair, place);
     sums_.enter(entry, all_.largest_[index]);
   }
   append(begin, end);
@@ -98,7 +98,7 @@ void KeptContacts::Batch::fetch_ahead() const {
   for (std::size_t line = 0; line < sizeof(KeptPair); line += 64) __builtin_prefetch(detail + line, 1);
 }
 
-bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, const std::function<bool()>& collide) {
+bool KeptContacts::Batch::extrapolate(Pair pair, PairResult& result, const std::function<bool()>& collide) {
   fetch_ahead();
   at_ = relative(pair);
   if (!was_candidate_ || entry_->detail == none || all_.changed_[pair.a] == all_.step_ ||
@@ -112,7 +112,8 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, const std::f
   const double angle = turned.norm() / std::sqrt(2.0);
   const double bound = (moved.norm() + angle * ball.radius) * (1 + tolerance::motion_stretch) +
                        tolerance::motion_rounding * (at_.translation.lpNorm<1>() + ball.radius);
-  const double distance = std::abs(kept.signed_distance) - kept.error_bound;
+  const PairAnswer& known = kept.answer;
+  const double distance = std::abs(known.signed_distance) - known.error_bound;
   gap_ = distance - bound;
   moved_by_ = 0;
   // An answer that was computed before they rested and moved along would not remain valid while they rest; a recomputed
@@ -120,18 +121,18 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, const std::f
   const double rest = all_.rest_bound(pair);
   const bool may_settle = bound > rest && all_.both_rest(pair);
   if (kept.contacts.empty() && !all_.distances_) {
-    moved_ = !kept.collide && gap_ > all_.margin_ + (may_settle ? rest : 0);
+    moved_ = !known.collide && gap_ > all_.margin_ + (may_settle ? rest : 0);
     return moved_;
   }
   // The deepest contact of an overlap with a mesh is not continuous in the poses: no bound on its error exists.
-  if (kept.collide && kept.status == Status::unproven) return false;
+  if (known.collide && known.status == Status::unproven) return false;
   // The shift along the normal is accounted for: the remaining change is of second order, but not known to be less than
-  // both together. A part of the angle is reserved for the turn of bodies at rest.
-  if (!(2 * bound <= ball.allowed && angle <= 0.99 * all_.tolerance_)) return false;
+  // both together.
+  if (!(2 * bound <= ball.allowed && angle <= tolerance::moved_turn * all_.tolerance_)) return false;
   if (may_settle && !(rest < gap_ && 2 * bound + rest <= ball.allowed)) return false;
   const bool in_doubt = !(bound < distance);
   // The answer of two resting bodies is recomputed, because the new one remains valid.
-  if (in_doubt && !(collide && !all_.both_rest(pair) && collide() == kept.collide)) return false;
+  if (in_doubt && !(collide && !all_.both_rest(pair) && collide() == known.collide)) return false;
   moved_ = true;
   moved_by_ = 2 * bound;
   const Pose& frame = all_.scene_->poses()[at_.a_is_reference ? pair.a : pair.b];
@@ -141,16 +142,15 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, const std::f
   const double sense = at_.a_is_reference ? 1 : -1;  // normals are from A to B
   const auto opened = [&](const Vec3& normal, const Vec3& point) { return sense * normal.dot(turn * point + shift); };
   PairAnswer& answer = result.answer;
-  answer.collide = kept.collide;
-  answer.signed_distance = kept.signed_distance + opened(kept.normal, at_.a_is_reference ? kept.point_b : kept.point_a);
+  answer = known;
+  answer.signed_distance += opened(known.normal, at_.a_is_reference ? known.point_b : known.point_a);
   if (in_doubt)
-    answer.signed_distance = kept.collide ? std::min(answer.signed_distance, 0.0)
-                                          : std::max(answer.signed_distance, std::numeric_limits<double>::min());
-  answer.status = kept.status;
-  answer.error_bound = kept.error_bound + moved_by_;
-  answer.point_a = frame * kept.point_a;
-  answer.point_b = frame * kept.point_b;
-  answer.normal = frame.rotation * kept.normal;
+    answer.signed_distance = known.collide ? std::min(answer.signed_distance, 0.0)
+                                           : std::max(answer.signed_distance, std::numeric_limits<double>::min());
+  answer.error_bound += moved_by_;
+  answer.point_a = frame * known.point_a;
+  answer.point_b = frame * known.point_b;
+  answer.normal = frame.rotation * known.normal;
   kept.contacts.each([&](const Contact& contact) {
     const double depth = std::max(contact.depth - opened(contact.normal, contact.point), -all_.margin_);
     contacts_.push_back({frame * contact.point, frame.rotation * contact.normal, depth, contact.feature});
@@ -158,34 +158,30 @@ bool KeptContacts::Batch::move_along(Pair pair, PairResult& result, const std::f
   return true;
 }
 
-void KeptContacts::Batch::keep(const PairResult& result, std::span<const Contact> contacts) {
+void KeptContacts::Batch::store(const PairResult& result, std::span<const Contact> contacts) {
   const bool is_new = entry_ == nullptr || entry_->detail == none;
   if (is_new) {
-    detail_ = static_cast<std::uint32_t>(fresh_details_.size());
-    fresh_details_.emplace_back();
+    detail_ = static_cast<std::uint32_t>(new_details_.size());
+    new_details_.emplace_back();
     // Otherwise the pair was of other kinds.
     if (entry_ != nullptr) adopted_.push_back({static_cast<std::uint32_t>(entry_ - all_.entries_.data()), detail_});
   }
-  KeptPair& kept = is_new ? fresh_details_.back() : all_.details_[entry_->detail];
+  KeptPair& kept = is_new ? new_details_.back() : all_.details_[entry_->detail];
   kept.rotation = at_.rotation;
   kept.translation = at_.translation;
-  const PairAnswer& answer = result.answer;
-  kept.signed_distance = answer.signed_distance;
-  kept.error_bound = answer.error_bound;
-  kept.collide = answer.collide;
-  kept.status = answer.status;
+  kept.answer = result.answer;
   kept.contacts.clear();
   if (contacts.empty() && !all_.distances_) return;
   const Pose& frame = all_.scene_->poses()[at_.a_is_reference ? result.a : result.b];
   const auto turned = [&](const Vec3& world) -> Vec3 { return frame.rotation.transpose() * world; };
-  kept.point_a = into(frame, answer.point_a);
-  kept.point_b = into(frame, answer.point_b);
-  kept.normal = turned(answer.normal);
+  kept.answer.point_a = into(frame, result.answer.point_a);
+  kept.answer.point_b = into(frame, result.answer.point_b);
+  kept.answer.normal = turned(result.answer.normal);
   for (const Contact& contact : contacts)
     kept.contacts.add({into(frame, contact.point), turned(contact.normal), contact.depth, contact.feature});
 }
 
-void KeptContacts::Batch::note(const PairResult& result, std::span<const Contact> contacts, bool reported) {
+void KeptContacts::Batch::record(const PairResult& result, std::span<const Contact> contacts, bool reported) {
   const PairAnswer& answer = result.answer;
   if (!moved_) {
     ++sums_.computed;
@@ -199,18 +195,18 @@ void KeptContacts::Batch::note(const PairResult& result, std::span<const Contact
   if (entry != nullptr) {
     largest = &all_.largest_[static_cast<std::size_t>(entry - all_.entries_.data())];
     all_.marked_[static_cast<std::size_t>(entry - all_.entries_.data())] = 1;
-    if (!all_.all_asked_) sums_.leave(*entry, *largest, all_.sums_);
+    if (!all_.all_processed_) sums_.leave(*entry, *largest, all_.sums_);
   } else {
-    Fresh& fresh = fresh_.emplace_back();
-    fresh.key = key_of(pair);
-    entry = &fresh.entry;
+    NewPair& added = new_pairs_.emplace_back();
+    added.key = key_of(pair);
+    entry = &added.entry;
     entry->detail = detail_;
-    largest = &fresh.largest;
+    largest = &added.largest;
   }
   entry->seen = entry->as_of = all_.step_;
   entry->bound = static_cast<float>(moved_by_ * (1 + tolerance::bound_of_floats));
   entry->reported = reported;
-  entry->told = false;
+  entry->resting = false;
   entry->collide = answer.collide;
   entry->inexact = answer.status == Status::inexact;
   entry->touching = entry->gaps = 0;
@@ -222,7 +218,7 @@ void KeptContacts::Batch::note(const PairResult& result, std::span<const Contact
   const double rest = all_.rest_bound(pair);
   const double allowed = std::min(all_.balls_[shape[pair.a]].allowed, all_.balls_[shape[pair.b]].allowed);
   entry->steady = reported ? moved_by_ + rest <= allowed && rest < gap_ : !answer.collide && gap_ - rest > all_.margin_;
-  ++sums_.noted;
+  ++sums_.recorded;
   sums_.enter(*entry, *largest);
 }
 

@@ -4,8 +4,8 @@
 
 namespace tandem {
 
-/// The processing of one batch by one thread. `stand` accepts pairs whose answers remain valid; the pair after them is
-/// extrapolated where possible (`move_along`), else recomputed (`keep`), and recorded (`note`).
+/// The processing of one batch by one thread. `append_valid` accepts pairs whose answers remain valid; the pair after
+/// them is extrapolated where possible (`extrapolate`), else recomputed (`store`), and recorded (`record`).
 class KeptContacts::Batch {
  public:
   /// Answers are appended to `results` and `contacts`.
@@ -17,15 +17,15 @@ class KeptContacts::Batch {
   ~Batch();
 
   /// The number of pairs at the front whose answers remain valid; they are appended if all pairs are processed.
-  std::size_t stand(std::span<const Pair> pairs);
+  std::size_t append_valid(std::span<const Pair> pairs);
   /// Extrapolates the answer of the pair after those that stand; if true, `result.answer` is set and the contacts are
   /// appended. `collide`, if not empty, computes whether the bodies touch; it is called where the bound leaves the
   /// verdict in doubt.
   void fetch_ahead() const;
-  bool move_along(Pair pair, PairResult& result, const std::function<bool()>& collide = {});
+  bool extrapolate(Pair pair, PairResult& result, const std::function<bool()>& collide = {});
   /// Stores a computed answer for extrapolation in later steps.
-  void keep(const PairResult& result, std::span<const Contact> contacts);
-  void note(const PairResult& result, std::span<const Contact> contacts, bool reported);
+  void store(const PairResult& result, std::span<const Contact> contacts);
+  void record(const PairResult& result, std::span<const Contact> contacts, bool reported);
   /// Whether the current pair touched in the last step.
   bool touched() const { return was_candidate_ && entry_->collide; }
 
@@ -36,7 +36,7 @@ class KeptContacts::Batch {
     bool a_is_reference;
   };
   Relative relative(Pair pair) const;
-  void seek(Pair pair);
+  void find_entry(Pair pair);
   void append(std::uint32_t begin, std::uint32_t end);
 
   KeptContacts& all_;
@@ -49,8 +49,8 @@ class KeptContacts::Batch {
   double gap_ = 0, moved_by_ = 0;  // of an extrapolated pair
   Relative at_;
   std::uint32_t detail_ = none;  // of the current pair, if it is new
-  std::vector<Fresh> fresh_;
-  std::vector<KeptPair> fresh_details_;
+  std::vector<NewPair> new_pairs_;
+  std::vector<KeptPair> new_details_;
   std::vector<std::array<std::uint32_t, 2>> adopted_;
   Sums sums_;
 };

@@ -1,4 +1,4 @@
-// Contact caching over steps: rests of bodies, the list of kept answers, and its update.
+// Contact caching over steps: the list of kept answers, and its update.
 #include "pipeline/kept_contacts.h"
 
 #include <algorithm>
@@ -7,34 +7,7 @@
 #include <limits>
 #include <utility>
 
-#include "scene/tolerances.h"
-
 namespace tandem {
-namespace {
-
-using tolerance::rest_share;
-
-/// The sum of squares of the difference of two matrices.
-double squared_distance(const Mat3& now, const Mat3& then) {
-  using Eight = Eigen::Map<const Eigen::Array<double, 8, 1>>;  // two at a time
-  const double last = now(2, 2) - then(2, 2);
-  return (Eight(now.data()) - Eight(then.data())).square().sum() + last * last;
-}
-
-/// Whether all points of a body are within `reach` of where they were when its rest began.
-bool rests(const Pose& pose, const Vec3& place, const Mat3& rotation, const KeptContacts::Ball& ball, double reach) {
-  const Vec3 moved = pose.translation - place;
-  if (reach == 0) return moved.isZero(0) && pose.rotation == rotation;
-  const double far = 0.99 * reach * reach;
-  if (ball.is_round) return 2 * moved.squaredNorm() <= far;
-  const Vec3 centre_moved = ball.is_centred ? moved : moved + (pose.rotation - rotation) * ball.centre;
-  // The spectral norm of a difference of rotations is its Frobenius norm over the root of 2. (x + y)^2 <= 2 (x^2 +
-  // y^2).
-  const double turned = squared_distance(pose.rotation, rotation) * (ball.radius * ball.radius);
-  return 2 * centre_moved.squaredNorm() + turned <= far;
-}
-
-}  // namespace
 
 void KeptContacts::clear() {
   last_.pairs.clear();
@@ -50,11 +23,11 @@ void KeptContacts::clear() {
   free_details_.clear();
   restless_.clear();
   candidates_ = 0;
-  noted_ = 0;
+  recorded_ = 0;
   sums_ = {};
   any_marked_ = restless_known_ = false;
-  fresh_.clear();
-  fresh_details_.clear();
+  new_pairs_.clear();
+  new_details_.clear();
   adopted_.clear();
 }
 
@@ -71,12 +44,12 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   }
   if (step_ == none) step_ = 1;
   scene_ = &scene;
-  told_ = {};
+  batch_sums_ = {};
   any_moved_.store(false, std::memory_order_relaxed);
   same_bodies_ = known && same_bodies;
   // Where most pairs change, kept answers are copied with the others.
-  all_asked_ = !same_bodies_ || 2 * noted_ > candidates_;
-  if (all_asked_)
+  all_processed_ = !same_bodies_ || 2 * recorded_ > candidates_;
+  if (all_processed_)
     find_places();
   else if (!restless_known_)
     find_restless();
@@ -84,7 +57,7 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
   resize(bodies);
   const auto shapes = scene.shapes();
   const auto same = [](const Shape& x, const Shape& y) { return x.identity() == y.identity(); };
-  if (std::equal(shapes.begin(), shapes.end(), shapes_.begin(), shapes_.end(), same)) return !all_asked_;
+  if (std::equal(shapes.begin(), shapes.end(), shapes_.begin(), shapes_.end(), same)) return !all_processed_;
   shapes_.clear();  // filled again when all bodies are known
   balls_.clear();
   for (const Shape& shape : shapes) {
@@ -100,7 +73,7 @@ bool KeptContacts::begin_step(const Scene& scene, ContactList& contacts, bool sa
                       tolerance_ * shape.size()});
   }
   shapes_.assign(shapes.begin(), shapes.end());
-  return !all_asked_;
+  return !all_processed_;
 }
 
 void KeptContacts::resize(std::size_t bodies) {
@@ -113,78 +86,25 @@ void KeptContacts::resize(std::size_t bodies) {
   if (!arrived_.empty()) arrived_.resize(bodies);
 }
 
-void KeptContacts::update_rests(std::size_t first, std::span<std::uint8_t> changed) {
-  // Local pointers: to the compiler, a written byte might alias any member.
-  const auto* const shape_of = scene_->shape_indices().data();
-  const Pose* const poses = scene_->poses().data();
-  const Ball* const balls = balls_.data();
-  const Vec3* const places = anchor_places_.data();
-  const Mat3* const rotations = anchor_rotations_.data();
-  const double* const reaches = reach_.data();
-  const std::uint8_t* const arrived = arrived_.empty() ? nullptr : arrived_.data();
-  const bool same_bodies = same_bodies_;
-  bool any_moved = false;
-  for (std::size_t k = 0; k < changed.size(); ++k) {
-    if (changed[k] == 0) continue;
-    const std::size_t i = first + k;
-    const Ball& ball = balls[shape_of[i]];
-    if ((same_bodies || is_as_it_was(i, ball)) && rests(poses[i], places[i], rotations[i], ball, reaches[i])) {
-      changed[k] = arrived == nullptr ? 0 : arrived[i];
-    } else {
-      end_rest(i, ball);
-      any_moved = true;
-    }
-  }
-  if (any_moved) any_moved_.store(true, std::memory_order_relaxed);
-}
-
-std::uint64_t KeptContacts::shape_now(std::size_t body, const Ball& ball) const {
-  return scene_->alive(static_cast<std::uint32_t>(body)) ? ball.shape : 0;
-}
-
-double KeptContacts::reach_now(std::size_t body, const Ball& ball) const {
-  const bool is_endless = !(ball.radius < std::numeric_limits<double>::infinity());
-  return scene_->is_static()[body] != 0 || is_endless ? 0 : rest_share * ball.allowed;
-}
-
-/// But for its pose. A place without a body is not: whoever reads it for the first time must learn that it is empty.
-bool KeptContacts::is_as_it_was(std::size_t body, const Ball& ball) const {
-  const std::uint64_t shape = shape_now(body, ball);
-  return shape != 0 && shape == body_shapes_[body] && reach_now(body, ball) == reach_[body];
-}
-
-void KeptContacts::end_rest(std::size_t body, const Ball& ball) {
-  const Pose& pose = scene_->poses()[body];
-  since_[body] = step_;
-  anchor_places_[body] = pose.translation;
-  anchor_rotations_[body] = pose.rotation;
-  const std::uint64_t shape = shape_now(body, ball);
-  const double reach = reach_now(body, ball);
-  if (shape == body_shapes_[body] && reach == reach_[body]) return;
-  body_shapes_[body] = shape;
-  reach_[body] = reach;
-  changed_[body] = step_;
-}
-
 void KeptContacts::end_step(ContactList& contacts) {
   complete_ = true;
   arrived_.clear();
-  computed_ = static_cast<std::uint64_t>(told_.computed);
-  noted_ = static_cast<std::size_t>(told_.noted);
-  if (all_asked_) {
-    take_fresh();
+  computed_ = static_cast<std::uint64_t>(batch_sums_.computed);
+  recorded_ = static_cast<std::size_t>(batch_sums_.recorded);
+  if (all_processed_) {
+    insert_new_pairs();
     take_over();
     complete_ = listed_pairs_ == contacts.pairs.size();  // otherwise the list is not the answer for these pairs
-    sums_ = told_;
+    sums_ = batch_sums_;
     return;
   }
   const bool any_moved = any_moved_.load(std::memory_order_relaxed);
   if (any_moved || any_marked_) {
-    take_fresh();
+    insert_new_pairs();
     if (any_moved) mark_pairs_of_moved();
     update_list(contacts.pairs.size());
     splicer_.apply(splices_, contacts, last_);
-    add_told();
+    add_batch_sums();
   }
   restless_known_ = true;
   std::swap(last_, contacts);
@@ -215,15 +135,15 @@ void KeptContacts::take_over() {
     candidates_ += is_candidate ? 1 : 0;
     if (!is_candidate && entry.candidate) forget(i);
     entry.candidate = is_candidate;
-    marked_[i] = is_candidate && !entry.told ? 1 : 0;
+    marked_[i] = is_candidate && !entry.resting ? 1 : 0;
     any_marked_ = any_marked_ || marked_[i] != 0;
   }
 }
 
 /// Marks the answer at `place` of the last step's list, if any, as that of two resting bodies.
-void KeptContacts::tell(std::size_t i, Pair pair, std::uint32_t place) {
+void KeptContacts::mark_resting(std::size_t i, Pair pair, std::uint32_t place) {
   Entry& entry = entries_[i];
-  entry.told = true;
+  entry.resting = true;
   if (!entry.reported) return;
   const double rest = rest_bound(pair);
   last_.pairs[place].answer.error_bound += rest;
@@ -309,15 +229,15 @@ void KeptContacts::update_list([[maybe_unused]] std::size_t answers) {
       any_marked_ = true;
       if (!entry.steady) restless_.push_back(pair);
     } else if (entry.candidate && (entry.seen == step_ || both_rest(pair))) {
-      if (!entry.told) {
-        told_.leave(entry, largest_[i], sums_);
-        tell(i, pair, at);
-        told_.enter(entry, largest_[i]);
+      if (!entry.resting) {
+        batch_sums_.leave(entry, largest_[i], sums_);
+        mark_resting(i, pair, at);
+        batch_sums_.enter(entry, largest_[i]);
       }
     } else if (entry.candidate) {
       change(was_listed, false);
       --candidates_;
-      told_.leave(entry, largest_[i], sums_);
+      batch_sums_.leave(entry, largest_[i], sums_);
       forget(i);
     }
     at += was_listed ? 1 : 0;
@@ -335,10 +255,10 @@ void KeptContacts::update_list([[maybe_unused]] std::size_t answers) {
 }
 
 /// Adds the batches' reports to the sums over all pairs.
-void KeptContacts::add_told() {
-  sums_.depth.pairs -= told_.left_top_depth;
-  sums_.error_bound.pairs -= told_.left_top_bound;
-  sums_.add(told_);
+void KeptContacts::add_batch_sums() {
+  sums_.depth.pairs -= batch_sums_.left_top_depth;
+  sums_.error_bound.pairs -= batch_sums_.left_top_bound;
+  sums_.add(batch_sums_);
   if (sums_.depth.pairs > 0 && sums_.error_bound.pairs > 0) return;
   sums_.depth = sums_.error_bound = {};
   for (const Largest& its : largest_) {
@@ -357,7 +277,7 @@ std::size_t KeptContacts::memory() const {
   const auto bytes = [](const auto&... list) { return (std::size_t{0} + ... + (list.capacity() * sizeof(list[0]))); };
   return bytes(shapes_, balls_, anchor_places_, anchor_rotations_, body_shapes_, reach_, since_, changed_, arrived_) +
          bytes(last_.pairs, last_.contacts, keys_, entries_, listed_, largest_, marked_, rows_, firsts_, columns_) +
-         bytes(details_, free_details_, restless_, results_, places_, splices_, fresh_, fresh_details_, adopted_);
+         bytes(details_, free_details_, restless_, results_, places_, splices_, new_pairs_, new_details_, adopted_);
 }
 
 }  // namespace tandem

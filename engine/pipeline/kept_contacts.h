@@ -106,7 +106,7 @@ class KeptContacts {
   static constexpr std::uint32_t none = KeptEntry::none;
   using Entry = KeptEntry;
   using Largest = KeptLargest;
-  struct Fresh {
+  struct NewPair {
     std::uint64_t key = 0;
     Entry entry;
     Largest largest;
@@ -122,13 +122,13 @@ class KeptContacts {
   bool is_as_it_was(std::size_t body, const Ball& ball) const;
   void end_rest(std::size_t body, const Ball& ball);
   double rest_bound(Pair pair) const { return 2 * (reach_[pair.a] + reach_[pair.b]); }
-  bool stands(const Entry& entry, Pair pair) const {
+  bool remains_valid(const Entry& entry, Pair pair) const {
     return entry.steady && since_[pair.a] <= entry.as_of && since_[pair.b] <= entry.as_of;
   }
   void clear();
   void resize(std::size_t bodies);
   void forget_gone();
-  void take_fresh();
+  void insert_new_pairs();
   std::uint32_t put_detail(KeptPair&& detail);
   void take_in_pairs(ContactList& contacts, std::span<KeptRecord> pairs);
   void find_rows();
@@ -138,13 +138,13 @@ class KeptContacts {
   void find_places();
   void find_restless();
   void take_over();
-  void tell(std::size_t i, Pair pair, std::uint32_t place);
+  void mark_resting(std::size_t i, Pair pair, std::uint32_t place);
   void forget(std::size_t i);
   std::size_t place_of(Pair pair) const;
   std::uint32_t listed_between(std::size_t first, std::size_t last) const;
   std::size_t next_marked(std::size_t i) const;
   void update_list(std::size_t answers);
-  void add_told();
+  void add_batch_sums();
 
   bool distances_;
   double tolerance_, margin_;
@@ -152,7 +152,7 @@ class KeptContacts {
   std::uint32_t step_ = 1;
   bool complete_ = true;
   bool same_bodies_ = false;            // since the last step
-  bool all_asked_ = true;               // in this step
+  bool all_processed_ = true;           // in this step
   bool restless_known_ = false;         // restless_ holds the last step's
   std::atomic<bool> any_moved_{false};  // body
 
@@ -185,7 +185,7 @@ class KeptContacts {
   bool any_marked_ = false;             // in the last step
   std::vector<std::uint32_t> results_;  // a pair's place in last_, if all pairs are processed
   std::size_t candidates_ = 0, listed_pairs_ = 0;
-  std::size_t noted_ = 0;  // pairs processed in the last step
+  std::size_t recorded_ = 0;  // pairs processed in the last step
   Sums sums_;
   std::uint64_t computed_ = 0;
 
@@ -194,10 +194,10 @@ class KeptContacts {
   ListSplicer splicer_;
 
   std::mutex mutex_;  // guards the batches' reports:
-  std::vector<Fresh> fresh_;
-  std::vector<KeptPair> fresh_details_;
+  std::vector<NewPair> new_pairs_;
+  std::vector<KeptPair> new_details_;
   std::vector<std::array<std::uint32_t, 2>> adopted_;  // an entry that had none, and its place in fresh_details_
-  Sums told_;
+  Sums batch_sums_;
 };
 
 }  // namespace tandem

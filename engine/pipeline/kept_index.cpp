@@ -66,41 +66,42 @@ void KeptContacts::forget_gone() {
   columns_.clear();
 }
 
-void KeptContacts::take_fresh() {
-  for (const auto& [entry, place] : adopted_) entries_[entry].detail = put_detail(std::move(fresh_details_[place]));
+void KeptContacts::insert_new_pairs() {
+  for (const auto& [entry, place] : adopted_) entries_[entry].detail = put_detail(std::move(new_details_[place]));
   adopted_.clear();
   forget_gone();
-  const auto by_key = [](const Fresh& x, const Fresh& y) { return x.key < y.key; };
-  if (!std::is_sorted(fresh_.begin(), fresh_.end(), by_key)) std::sort(fresh_.begin(), fresh_.end(), by_key);
+  const auto by_key = [](const NewPair& x, const NewPair& y) { return x.key < y.key; };
+  if (!std::is_sorted(new_pairs_.begin(), new_pairs_.end(), by_key))
+    std::sort(new_pairs_.begin(), new_pairs_.end(), by_key);
   places_.clear();
   auto place = keys_.begin();
-  for (Fresh& fresh : fresh_) {
-    if (fresh.entry.detail != none) fresh.entry.detail = put_detail(std::move(fresh_details_[fresh.entry.detail]));
-    place = std::lower_bound(place, keys_.end(), fresh.key);
+  for (NewPair& added : new_pairs_) {
+    if (added.entry.detail != none) added.entry.detail = put_detail(std::move(new_details_[added.entry.detail]));
+    place = std::lower_bound(place, keys_.end(), added.key);
     places_.push_back(static_cast<std::size_t>(place - keys_.begin()));
   }
   insert<std::uint64_t>(
-      places_, [this](std::size_t k) { return fresh_[k].key; }, keys_);
+      places_, [this](std::size_t k) { return new_pairs_[k].key; }, keys_);
   insert<Entry>(
-      places_, [this](std::size_t k) { return fresh_[k].entry; }, entries_);
+      places_, [this](std::size_t k) { return new_pairs_[k].entry; }, entries_);
   insert<std::uint8_t>(
       places_, [](std::size_t) { return std::uint8_t{0}; }, listed_);
   insert<std::uint8_t>(
       places_, [](std::size_t) { return std::uint8_t{1}; }, marked_);
   insert<Largest>(
-      places_, [this](std::size_t k) { return fresh_[k].largest; }, largest_);
+      places_, [this](std::size_t k) { return new_pairs_[k].largest; }, largest_);
   if (rows_.size() == anchor_places_.size() + 1) {
     add_to_rows(
-        fresh_, [](const Fresh& fresh) { return fresh.key >> 32; }, rows_);
+        new_pairs_, [](const NewPair& added) { return added.key >> 32; }, rows_);
   } else {
     find_rows();
   }
-  if (all_asked_)
+  if (all_processed_)
     columns_.clear();  // not needed in such steps
-  else if (!fresh_.empty() && !columns_.empty())
+  else if (!new_pairs_.empty() && !columns_.empty())
     add_columns();
-  fresh_.clear();
-  fresh_details_.clear();
+  new_pairs_.clear();
+  new_details_.clear();
 }
 
 std::uint32_t KeptContacts::put_detail(KeptPair&& detail) {
@@ -131,18 +132,18 @@ void KeptContacts::find_columns() {
 
 /// Adds the fresh pairs to the columns.
 void KeptContacts::add_columns() {
-  const auto by_second = [](const Fresh& x, const Fresh& y) { return std::rotl(x.key, 32) < std::rotl(y.key, 32); };
-  std::sort(fresh_.begin(), fresh_.end(), by_second);
+  const auto by_second = [](const NewPair& x, const NewPair& y) { return std::rotl(x.key, 32) < std::rotl(y.key, 32); };
+  std::sort(new_pairs_.begin(), new_pairs_.end(), by_second);
   places_.clear();
-  for (const Fresh& fresh : fresh_) {
-    const auto [a, b] = pair_of(fresh.key);
+  for (const NewPair& added : new_pairs_) {
+    const auto [a, b] = pair_of(added.key);
     const auto place = std::lower_bound(firsts_.begin() + columns_[b], firsts_.begin() + columns_[b + 1], a);
     places_.push_back(static_cast<std::size_t>(place - firsts_.begin()));
   }
   insert<std::uint32_t>(
-      places_, [this](std::size_t k) { return pair_of(fresh_[k].key).a; }, firsts_);
+      places_, [this](std::size_t k) { return pair_of(new_pairs_[k].key).a; }, firsts_);
   add_to_rows(
-      fresh_, [](const Fresh& fresh) { return fresh.key & none; }, columns_);
+      new_pairs_, [](const NewPair& added) { return added.key & none; }, columns_);
 }
 
 /// The place of the pair in the table, or where it would be inserted.

@@ -46,11 +46,7 @@ class KeptManifold {
 struct KeptPair {
   Mat3 rotation;  ///< pose of the other body, the mover, in the reference's frame
   Vec3 translation;
-  double signed_distance = 0;
-  double error_bound = 0;
-  Vec3 point_a, point_b, normal;
-  bool collide = false;
-  Status status = Status::ok;
+  PairAnswer answer;
   KeptManifold contacts;  ///< empty (Request::contacts): the bodies are at least signed_distance apart
 };
 
@@ -64,8 +60,8 @@ struct KeptEntry {
   std::uint32_t touching = 0, gaps = 0;
   bool candidate : 1 = false;  // in the last step
   bool reported : 1 = false;
-  bool steady : 1 = false;  // remains valid while both rest
-  bool told : 1 = false;    // the answer, if any, is already marked as resting
+  bool steady : 1 = false;   // remains valid while both rest
+  bool resting : 1 = false;  // the answer, if any, is already marked as resting
   bool collide : 1 = false;
   bool inexact : 1 = false;
 };

@@ -17,7 +17,7 @@ struct KeptPeak {
 
 /// The change of the sums over all candidates by one batch.
 struct KeptSums {
-  std::int64_t computed = 0, noted = 0, colliding = 0, touching = 0, gaps = 0, inexact = 0;
+  std::int64_t computed = 0, recorded = 0, colliding = 0, touching = 0, gaps = 0, inexact = 0;
   KeptPeak depth, error_bound;                          // of pairs that are added
   std::int64_t left_top_depth = 0, left_top_bound = 0;  // removed pairs that had the largest value of all
 
@@ -46,7 +46,7 @@ inline void KeptSums::enter(const KeptEntry& entry, const KeptLargest& its) {
 
 inline void KeptSums::add(const KeptSums& other) {
   computed += other.computed;
-  noted += other.noted;
+  recorded += other.recorded;
   colliding += other.colliding;
   touching += other.touching;
   gaps += other.gaps;

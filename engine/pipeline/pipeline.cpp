@@ -10,12 +10,11 @@
 #include <string>
 #include <type_traits>
 
-#include "pipeline/checked_broad_phase.h"
+#include "pipeline/body_boxes.h"
 #include "pipeline/kept_batch.h"
 #include "pipeline/kept_handover.h"
-#include "pipeline/outward_boxes.h"
 #include "pipeline/pair_costs.h"
-#include "scene/scene_changes.h"
+#include "pipeline/pipeline_parts.h"
 #include "tandem/narrowphase/several_pairs.h"
 #include "tandem/narrowphase/work_limit.h"
 
@@ -31,49 +30,6 @@ struct InPlace {
 template <class Make>
 InPlace(Make) -> InPlace<Make>;
 
-/// Validates the options; messages use the names that a user of the pipeline writes.
-PipelineOptions checked(PipelineOptions options) {
-  const AnswerOptions& answer = options.answer;
-  try {
-    const NarrowPhase narrow_phase({.tolerance = answer.tolerance, .margin = answer.margin});
-  } catch (const std::invalid_argument& error) {
-    throw std::invalid_argument(std::string("answer.") + error.what());
-  }
-  if (!(answer.keep_contacts >= 0 && answer.keep_contacts <= 0.1))
-    throw std::invalid_argument("answer.keep_contacts: " + std::to_string(answer.keep_contacts) +
-                                " is not in [0, 0.1]");
-  return options;
-}
-
-std::unique_ptr<BroadPhase> broad_phase_of(const PipelineOptions& options) {
-  if (options.own_broad_phase) {
-    const bool keeps = options.answer.keep_contacts != 0 && options.answer.request != Request::collide;
-    return std::make_unique<CheckedBroadPhase>(options.own_broad_phase(), keeps);
-  }
-  return make_broad_phase(options.broad_phase);
-}
-
-std::unique_ptr<CostModel> costs_of(const PipelineOptions& options) {
-  if (!options.own_costs) return {};
-  std::unique_ptr<CostModel> own = options.own_costs();
-  if (own == nullptr) throw std::invalid_argument("own_costs: made none, allowed: a cost model");
-  return own;
-}
-
-std::unique_ptr<Executor> executor_of(const PipelineOptions& options) {
-  const ExecutorOptions wanted{.kind = options.executor,
-                               .threads = options.threads,
-                               .balance = options.balance,
-                               .batches = options.batches,
-                               .sharing = options.sharing,
-                               .stay_awake = options.stay_awake};
-  std::unique_ptr<Executor> made = make_executor(wanted);  // refuses invalid options
-  if (!options.own_executor) return made;
-  made = options.own_executor(wanted);
-  if (made == nullptr) throw std::invalid_argument("own_executor: made none, allowed: an executor");
-  return made;
-}
-
 /// The work of a step as stages of blocks: boxes, the broad phase's stages, and the narrow phase for each pair.
 class SceneWork final : public StepWork {
  public:
@@ -83,10 +39,13 @@ class SceneWork final : public StepWork {
         without_gaps_(narrow_options(false)),
         several_pairs_(narrow_options(false)),
         broad_phase_(broad_phase_of(options)),
-        own_costs_(costs_of(options)) {
-    together_ = options.answer.keep_contacts == 0 && options.answer.request == Request::contacts;
-    if (options.answer.keep_contacts == 0 || options.answer.request == Request::collide) return;
-    kept_ = std::make_unique<KeptContacts>(options.answer.request, options.answer.keep_contacts, options.answer.margin);
+        own_costs_(costs_of(options)),
+        kept_(keeps_answers(options) ? std::make_unique<KeptContacts>(
+                                           options.answer.request, options.answer.keep_contacts, options.answer.margin)
+                                     : nullptr),
+        together_(!kept_ && options.answer.request == Request::contacts),
+        boxes_(options.answer.margin, kept_.get(), together_) {
+    if (!kept_) return;
     for (std::size_t a = 0; a < shape_kinds; ++a)
       for (std::size_t b = 0; b < shape_kinds; ++b) {
         const auto kind_a = static_cast<ShapeKind>(a), kind_b = static_cast<ShapeKind>(b);
@@ -104,23 +63,11 @@ class SceneWork final : public StepWork {
     incomplete_.store(false, std::memory_order_relaxed);
     abandoned_.store(false, std::memory_order_relaxed);
     filter_ = {scene.groups(), scene.masks(), scene.is_static()};
-    // Data that the last complete step read from the same scene is still valid where the scene records no change.
-    const SceneChanges::HistoryName history(scene);
-    const std::uint64_t comings_and_goings = SceneChanges::comings_and_goings(scene);
-    const bool same = scene_read_ && history == history_ && boxes_.size() == scene.indices();
-    shapes_known_ = same && comings_and_goings == comings_and_goings_;
-    changes_known_ = same && (!kept_ || comings_and_goings == comings_and_goings_);
-    comings_and_goings_ = comings_and_goings;
-    history_ = history;
-    scene_read_ = false;
-    boxes_.resize(scene.indices());
-    changed_.resize(scene.indices());
-    seen_.resize(scene.indices());
-    if (kept_) still_.resize(scene.indices());
-    changes_filter_ = {filter_.group, filter_.mask, still_};
+    boxes_.begin_step(scene, limit_);
+    changes_filter_ = {filter_.group, filter_.mask, boxes_.still()};
     broad_phase_->expect(filter_);
     only_changes_ = kept_ && begin_kept(contacts);
-    if (changes_known_) broad_phase_->expect_changes(changed_);
+    if (boxes_.changes_known()) broad_phase_->expect_changes(boxes_.changed());
     if (only_changes_) broad_phase_->expect_only_changes();
     has_mesh_ = scene.has_kind(ShapeKind::mesh) || scene.has_kind(ShapeKind::voxels);
     if (own_costs_)
@@ -129,14 +76,13 @@ class SceneWork final : public StepWork {
       costs_.begin_step(scene.indices());
     screens_ = !kept_ && options_.answer.request == Request::collide && scene.has_kind(ShapeKind::box);
     has_sphere_ = scene.has_kind(ShapeKind::sphere);
-    if (together_) spheres_.resize(scene.indices());
     found_.clear();
   }
   /// Must not be called after a step that ended early.
   void finish(ContactList& contacts, StepReport& report) {
-    if (options_.own_broad_phase || options_.own_executor) require_canonical(contacts);
+    if (options_.own_broad_phase || options_.own_executor) require_canonical(options_, bodies(), contacts);
     if (incomplete_.load(std::memory_order_relaxed)) return finish_incomplete(contacts, report);
-    scene_read_ = true;
+    boxes_.end_step();
     if (kept_) return put_together(contacts, report);
     report.colliding_pairs = found_.colliding_pairs.load(std::memory_order_relaxed);
     report.contacts = found_.contacts.load(std::memory_order_relaxed);
@@ -147,7 +93,7 @@ class SceneWork final : public StepWork {
   /// True if the broad phase need only report changes.
   bool begin_kept(ContactList& contacts) {
     try {
-      return kept_->begin_step(*scene_, contacts, changes_known_ && !options_.predicate, limit_);
+      return kept_->begin_step(*scene_, contacts, boxes_.changes_known() && !options_.predicate, limit_);
     } catch (const WorkStopped&) {
       abandon();
       return false;
@@ -157,16 +103,15 @@ class SceneWork final : public StepWork {
   KeptContacts* kept() { return kept_.get(); }
   /// Discards what earlier steps recorded.
   void begin_anew() {
-    scene_read_ = false;
+    boxes_.begin_anew();
     if (kept_) kept_->begin_anew();
   }
 
   const BroadPhase& broad_phase() const { return *broad_phase_; }
   /// Without the executor and the list.
   PipelineMemory memory() const {
-    const auto bytes = [](const auto&... list) { return (std::size_t{0} + ... + (list.capacity() * sizeof(list[0]))); };
     PipelineMemory memory;
-    memory.bodies = boxes_.memory() + bytes(still_, changed_, seen_, spheres_);
+    memory.bodies = boxes_.memory();
     memory.broad_phase = broad_phase_->memory();
     if (kept_) memory.kept_answers = kept_->memory();
     return memory;
@@ -175,18 +120,18 @@ class SceneWork final : public StepWork {
   void work_with(Crew* crew) override { crew_ = crew; }
   void ended_by(std::function<bool()> ended) override { limit_.ended = std::move(ended); }
   std::size_t begin() override {
-    stages_ = 1 + broad_phase_->begin(boxes_);
+    stages_ = 1 + broad_phase_->begin(boxes_.boxes());
     return stages_;
   }
   std::size_t blocks(std::size_t stage) const override {
     if (abandoned_.load(std::memory_order_relaxed)) return 0;
-    if (stage == 0) return (boxes_.size() + bodies_a_block - 1) / bodies_a_block;
+    if (stage == 0) return boxes_.blocks();
     return broad_phase_->blocks(stage - 1) + (stage + 1 == stages_ && has_restless() ? 1 : 0);
   }
   void run(std::size_t stage, std::size_t block) override {
     if (is_late()) return abandon();
     if (stage == 0)
-      update_unless_stopped(block);
+      update_boxes(block);
     else
       broad_phase_->run(stage - 1, block);
   }
@@ -198,7 +143,7 @@ class SceneWork final : public StepWork {
       if (kept_->both_rest(pair)) sink.put_allowed(pair);
   }
   const PairFilter& filter() const override { return only_changes_ ? changes_filter_ : filter_; }
-  std::size_t bodies() const override { return boxes_.size(); }
+  std::size_t bodies() const override { return boxes_.boxes().size(); }
 
   std::size_t keep(std::span<Pair> pairs) const override {
     std::size_t kept = pairs.size();
@@ -231,7 +176,6 @@ class SceneWork final : public StepWork {
   }
 
  private:
-  static constexpr std::size_t bodies_a_block = 4 * BoundsRows::bodies;
   static constexpr std::size_t screened = 32;
 
   void answer(Batch& batch) const {
@@ -244,7 +188,7 @@ class SceneWork final : public StepWork {
     const auto pairs = std::span<const Pair>(batch.pairs).first(batch.count);
     std::array<std::uint8_t, screened> apart{};
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      if (kept) i += kept->stand(pairs.subspan(i));
+      if (kept) i += kept->append_valid(pairs.subspan(i));
       if (i == pairs.size()) break;
       const Pair pair = pairs[i];
       if (screens_ && i % screened == 0) screen(pairs.subspan(i), apart);
@@ -262,11 +206,11 @@ class SceneWork final : public StepWork {
         result = &batch.results.emplace_back(PairResult{pair.a, pair.b, first, 0, {}});
         // The verdict of two meshes takes a tenth of the time of their contacts.
         const auto collide = [&] { return solve(pair, Request::collide, nullptr).collide; };
-        if (!(are_meshes(pair) ? kept->move_along(pair, *result, collide) : kept->move_along(pair, *result))) {
+        if (!(are_meshes(pair) ? kept->extrapolate(pair, *result, collide) : kept->extrapolate(pair, *result))) {
           // A pair that touched will probably touch again; a lower bound on the gap helps only if it does not.
           result->answer =
               solve(pair, options_.answer.request, &batch.contacts, kept->touched() ? without_gaps_ : narrow_phase_);
-          kept->keep(*result, std::span(batch.contacts).subspan(first));
+          kept->store(*result, std::span(batch.contacts).subspan(first));
         }
       } else {
         result = &batch.results.emplace_back(InPlace{[&] {
@@ -274,7 +218,7 @@ class SceneWork final : public StepWork {
         }});
       }
       const bool reported = complete_last(batch, colliding_pairs) || options_.answer.request == Request::distance;
-      if (kept) kept->note(*result, std::span(batch.contacts).subspan(first), reported);
+      if (kept) kept->record(*result, std::span(batch.contacts).subspan(first), reported);
       if (!reported) batch.results.pop_back();
     }
     if (!kept) found_.add(colliding_pairs, std::span(batch.contacts).subspan(first_contact));
@@ -289,32 +233,6 @@ class SceneWork final : public StepWork {
     const auto rest = std::partition(pairs.begin(), pairs.end(), costs(std::max(batch, shortest_batch) / few));
     const auto heavy = std::partition(pairs.begin(), rest, costs(std::max(batch, shortest_batch)));
     return {static_cast<std::size_t>(heavy - pairs.begin()), static_cast<std::size_t>(rest - pairs.begin())};
-  }
-
-  /// Validates the list of a user-defined executor, before anything relies on its order.
-  void require_canonical(ContactList& contacts) const {
-    const auto is_outside = [&](const PairResult& pair) {
-      return pair.a >= boxes_.size() || pair.b >= boxes_.size() ||
-             std::uint64_t{pair.first_contact} + pair.contact_count > contacts.contacts.size();
-    };
-    if (std::ranges::any_of(contacts.pairs, is_outside)) {
-      contacts.pairs.clear();
-      contacts.contacts.clear();
-      throw std::invalid_argument(
-          "own_executor: its list has a pair of no bodies, or with contacts that it does not have, "
-          "allowed: what narrow() gave");
-    }
-    const auto key = [](const PairResult& pair) { return Pair{pair.a, pair.b}; };
-    const auto wrong = std::ranges::adjacent_find(contacts.pairs, std::ranges::greater_equal{}, key);
-    if (wrong == contacts.pairs.end()) return;
-    const Pair one = key(*wrong), next = key(*std::next(wrong));
-    contacts.pairs.clear();
-    contacts.contacts.clear();
-    const auto text = [](Pair pair) { return "(" + std::to_string(pair.a) + ", " + std::to_string(pair.b) + ")"; };
-    if (one == next && options_.own_broad_phase)
-      throw std::invalid_argument("own_broad_phase: put the pair " + text(one) + " twice, allowed: each pair once");
-    throw std::invalid_argument("own_executor: its list has the pair " + text(next) + " after " + text(one) +
-                                ", allowed: ascending, each pair once");
   }
 
   bool is_late() const {
@@ -353,15 +271,16 @@ class SceneWork final : public StepWork {
   /// data is in the caches.
   std::size_t keep_near_spheres(std::span<Pair> pairs) const {
     constexpr std::size_t block = SeveralPairs::most_screened;
+    const PlacedSphere* const all = boxes_.spheres().data();
     std::array<PlacedSpheres, block> spheres;
     std::size_t kept = 0;
     for (std::size_t first = 0; first < pairs.size(); first += block) {
       const auto some = pairs.subspan(first, std::min(block, pairs.size() - first));
       for (const Pair pair : pairs.subspan(first + some.size(), std::min(block, pairs.size() - first - some.size()))) {
-        __builtin_prefetch(&spheres_[pair.a]);
-        __builtin_prefetch(&spheres_[pair.b]);
+        __builtin_prefetch(all + pair.a);
+        __builtin_prefetch(all + pair.b);
       }
-      for (std::size_t i = 0; i < some.size(); ++i) spheres[i] = {&spheres_[some[i].a], &spheres_[some[i].b]};
+      for (std::size_t i = 0; i < some.size(); ++i) spheres[i] = {all + some[i].a, all + some[i].b};
       const std::uint32_t near = several_pairs_.near(std::span(spheres).first(some.size()));
       for (std::size_t i = 0; i < some.size(); ++i) {
         pairs[kept] = some[i];
@@ -391,9 +310,10 @@ class SceneWork final : public StepWork {
   }
 
   /// Appends answers to a batch if they are reported.
-  class Told final : public AnswerSink {
+  class ReportedAnswers final : public AnswerSink {
    public:
-    Told(const SceneWork& work, Batch& batch, const Pair* pairs) : work_(work), batch_(batch), pairs_(pairs) {}
+    ReportedAnswers(const SceneWork& work, Batch& batch, const Pair* pairs)
+        : work_(work), batch_(batch), pairs_(pairs) {}
     PairAnswer& begin(std::size_t pair) override {
       const auto [a, b] = pairs_[pair];
       PairResult& result = batch_.results.emplace_back();
@@ -432,10 +352,10 @@ class SceneWork final : public StepWork {
       if (done != next) {
         const auto others = pairs.subspan(done, next - done);
         place(others, placed);
-        Told told(*this, batch, others.data());
-        several_pairs_.solve(std::span(placed).first(others.size()), batch.contacts, told,
+        ReportedAnswers reported(*this, batch, others.data());
+        several_pairs_.solve(std::span(placed).first(others.size()), batch.contacts, reported,
                              std::span(spheres).subspan(done, others.size()));
-        colliding_pairs += told.colliding_pairs();
+        colliding_pairs += reported.colliding_pairs();
       }
       left = left.subspan(next);
     }
@@ -475,13 +395,13 @@ class SceneWork final : public StepWork {
   /// True if all are pairs of spheres.
   bool place_spheres(std::span<const Pair> pairs, std::span<PlacedSpheres> spheres) const {
     // Pairs are sorted by their first body; the second one lies anywhere.
-    for (const Pair pair : pairs) __builtin_prefetch(&spheres_[pair.b]);
+    const PlacedSphere* const placed = boxes_.spheres().data();
+    for (const Pair pair : pairs) __builtin_prefetch(placed + pair.b);
     bool all = true;
     const auto sphere = [&](std::uint32_t body) {
-      const PlacedSphere& placed = spheres_[body];
-      const bool is_one = is_sphere(placed);
+      const bool is_one = is_sphere(placed[body]);
       all &= is_one;
-      return is_one ? &placed : nullptr;
+      return is_one ? placed + body : nullptr;
     };
     for (std::size_t i = 0; i < pairs.size(); ++i) spheres[i] = {sphere(pairs[i].a), sphere(pairs[i].b)};
     return all;
@@ -527,110 +447,13 @@ class SceneWork final : public StepWork {
                         [static_cast<std::size_t>(scene_->shape_of(pair.b).kind())];
   }
 
-  double sphere_radius(std::uint32_t body) const {
-    const Shape& shape = scene_->shape_of(body);
-    return shape.kind() == ShapeKind::sphere ? shape.radius() : std::numeric_limits<double>::infinity();
-  }
-  static bool is_sphere(const PlacedSphere& placed) { return placed.radius <= std::numeric_limits<double>::max(); }
-
-  /// A mesh's hull is built by the first query of its box, and the step's stop or deadline can end that; then the next
-  /// query builds it.
-  void update_unless_stopped(std::size_t block) {
+  /// The step's stop or deadline can end the building of a mesh's hull.
+  void update_boxes(std::size_t block) {
     try {
-      update(block);
+      boxes_.update(block);
     } catch (const WorkStopped&) {
       abandon();
     }
-  }
-
-  void update(std::size_t block) {
-    const std::size_t first = block * bodies_a_block, end = std::min(boxes_.size(), first + bodies_a_block);
-    for (std::size_t i = first; i < end; i += BoundsRows::bodies) update(i, std::min(end, i + BoundsRows::bodies));
-  }
-
-  void update(std::size_t first, std::size_t end) {
-    if (!find_changed(first, end)) return;
-    std::array<std::uint32_t, BoundsRows::bodies> todo;
-    std::size_t count = 0;
-    for (std::size_t i = first; i < end; ++i) {
-      todo[count] = static_cast<std::uint32_t>(i);
-      count += changed_[i];
-    }
-    BoundsRows rows;
-    for (std::size_t k = 0; k < count; ++k) take_bounds(todo[k], k, rows);
-    // Elements past the end are rounded with the others, so they must be initialised.
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      std::fill(rows.lo[axis] + count, rows.lo[axis] + BoundsRows::bodies, 0.0);
-      std::fill(rows.hi[axis] + count, rows.hi[axis] + BoundsRows::bodies, 0.0);
-    }
-    store_boxes(rows, {todo.data(), count}, count == end - first);
-  }
-
-  /// Records which bodies' versions changed, also for the broad phase. Returns whether any did.
-  bool find_changed(std::size_t first, std::size_t end) {
-    const auto versions = SceneChanges::versions(*scene_);
-    const auto is_static = scene_->is_static();
-    // Local pointers: to the compiler, a written byte might alias any member.
-    std::uint8_t *const changed = changed_.data(), *const still = still_.data();
-    std::uint32_t* const seen = seen_.data();
-    const std::uint8_t all_changed = changes_known_ ? 0 : 1;
-    for (std::size_t i = first; i < end; ++i) {
-      changed[i] = versions[i] != seen[i] ? 1 : all_changed;
-      seen[i] = versions[i];
-    }
-    if (kept_) {
-      kept_->update_rests(first, std::span(changed_).subspan(first, end - first));  // boxes contain resting bodies
-      for (std::size_t i = first; i < end; ++i)
-        still[i] = static_cast<std::uint8_t>(is_static[i] | (2 - 2 * changed[i]));
-    }
-    std::uint8_t any = 0;
-    for (std::size_t i = first; i < end; ++i) any |= changed[i];
-    return any != 0;
-  }
-
-  /// Writes a body's bounds to column k; positions of spheres are kept for the narrow phase.
-  void take_bounds(std::uint32_t body, std::size_t k, BoundsRows& rows) {
-    const auto poses = scene_->poses();
-    if (together_) {
-      const double radius = shapes_known_ ? spheres_[body].radius : sphere_radius(body);
-      spheres_[body] = {poses[body].translation, radius};
-      if (is_sphere(spheres_[body])) {  // as Shape::bounds, whose data is elsewhere in memory
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          const double centre = spheres_[body].centre[static_cast<Eigen::Index>(axis)];
-          rows.lo[axis][k] = centre - radius;
-          rows.hi[axis][k] = centre + radius;
-        }
-        return;
-      }
-    }
-    const Shape& shape = scene_->shape_of(body);
-    const Bounds bounds = kept_ ? shape.bounds(kept_->anchor(body), &limit_) : shape.bounds(poses[body], &limit_);
-    const double reach = kept_ ? kept_->reach(body) : 0;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      rows.lo[axis][k] = bounds.lo[static_cast<Eigen::Index>(axis)] - reach;
-      rows.hi[axis][k] = bounds.hi[static_cast<Eigen::Index>(axis)] + reach;
-    }
-  }
-
-  /// Writes bounds of bodies, consecutive ones if `in_row`, rounded outwards, to the boxes of the broad phase.
-  void store_boxes(const BoundsRows& rows, std::span<const std::uint32_t> bodies, bool in_row) {
-    // Half the margin on each side: two boxes overlap if the gap between their bodies is within the margin.
-    FloatRows rounded;
-    round_outward(rows, 0.5 * options_.answer.margin, rounded);
-    for (int axis = 0; axis < 3; ++axis) {
-      float *const lo = boxes_.lo(axis), *const hi = boxes_.hi(axis);
-      if (in_row) {
-        std::copy_n(rounded.lo[axis], bodies.size(), lo + bodies[0]);
-        std::copy_n(rounded.hi[axis], bodies.size(), hi + bodies[0]);
-        continue;
-      }
-      for (std::size_t k = 0; k < bodies.size(); ++k) {
-        lo[bodies[k]] = rounded.lo[axis][k];
-        hi[bodies[k]] = rounded.hi[axis][k];
-      }
-    }
-    for (const std::uint32_t body : bodies)
-      if (!scene_->alive(body)) boxes_.set_empty(body);
   }
 
   bool has_restless() const { return only_changes_ && !kept_->restless().empty(); }
@@ -688,28 +511,19 @@ class SceneWork final : public StepWork {
   std::unique_ptr<BroadPhase> broad_phase_;
   std::unique_ptr<CostModel> own_costs_;  // null: costs_
   std::unique_ptr<KeptContacts> kept_;    // null: every answer is computed
+  bool together_;                         // contacts are computed for several pairs at a time
+  BodyBoxes boxes_;
   bool worth_moving_[shape_kinds][shape_kinds] = {};
   const Scene* scene_ = nullptr;
   Crew* crew_ = nullptr;  // of the current step
   PairFilter filter_;
   // Among pairs with unchanged boxes only those that the last step's answers name are solved again.
   bool only_changes_ = false;
-  // Only if answers are kept, per body: bits for a static one and for one whose box has not changed.
-  std::vector<std::uint8_t> still_;
   PairFilter changes_filter_;
   std::size_t stages_ = 0;
-  BoxArray boxes_;
-  std::vector<std::uint8_t> changed_;  // per box: whether it changed since the last step
-  // The data that the last complete step read; whether changes since then are known.
-  bool scene_read_ = false, changes_known_ = false, shapes_known_ = false;
-  SceneChanges::HistoryName history_;
-  std::vector<std::uint32_t> seen_;  // versions
-  std::uint64_t comings_and_goings_ = 0;
   bool has_mesh_ = false, has_sphere_ = false;  // has_mesh_: or voxels
-  bool screens_ = false;               // separated pairs are excluded several at a time
-  bool together_ = false;              // contacts are computed for several pairs at a time
-  std::vector<PlacedSphere> spheres_;  // then: one per body, with an infinite radius if it is another shape
-  mutable Found found_;                // of the current step
+  bool screens_ = false;                        // separated pairs are excluded several at a time
+  mutable Found found_;                         // of the current step
   mutable std::atomic<bool> incomplete_{false};
   std::atomic<bool> abandoned_{false};  // the boxes, or the broad phase's data, are incomplete
   mutable PairCosts costs_;             // if there are meshes

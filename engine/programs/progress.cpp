@@ -8,15 +8,13 @@
 
 namespace tandem {
 
-Progress::Progress(std::string_view what, std::uint64_t total)
-    : what_(what), total_(total), shown_(total > 0 && ::isatty(STDERR_FILENO) == 1) {}
+void Progress::find_terminal() { shown_ = total_ > 0 && ::isatty(STDERR_FILENO) == 1; }
 
 Progress::~Progress() {
   if (drawn_) std::fputs("\r\033[K", stderr);
 }
 
-void Progress::at(std::uint64_t done) {
-  if (!shown_) return;
+void Progress::draw(std::uint64_t done) {
   const auto now = std::chrono::steady_clock::now();
   if (now < next_) return;
   next_ = now + std::chrono::milliseconds(100);

@@ -267,21 +267,12 @@ std::uint64_t meeting_body(const LinkInPart& a, const PlacedBox& body, const Box
       [&](std::size_t k) HWY_ATTR { return gaps(*a.box, Poses(*a.numbers, k), body.own, pose); });
 }
 
-double lane_of(V gaps, std::size_t lane) {
-  const Floats f;
-  HWY_ALIGN float all[PoseNumbers::most_lanes];
-  hn::Store(gaps, f, all);
-  return double{all[lane]};
-}
-
-double gap_of_links(const LinkInPart& a, const LinkInPart& b, std::size_t k) {
-  const std::size_t lane = k % hn::Lanes(Floats()), at = k - lane;
-  return lane_of(gaps(*a.box, Poses(*a.numbers, at), *b.box, Poses(*b.numbers, at)), lane);
-}
-
 double gap_of_body(const LinkInPart& a, const PlacedBox& body, std::size_t k) {
-  const std::size_t lane = k % hn::Lanes(Floats()), at = k - lane;
-  return lane_of(gaps(*a.box, Poses(*a.numbers, at), body.own, Poses(body.pose)), lane);
+  const Floats f;
+  const std::size_t lane = k % hn::Lanes(f);
+  HWY_ALIGN float all[PoseNumbers::most_lanes];
+  hn::Store(gaps(*a.box, Poses(*a.numbers, k - lane), body.own, Poses(body.pose)), f, all);
+  return double{all[lane]};
 }
 // NOLINTEND(misc-definitions-in-headers)
 
@@ -293,7 +284,6 @@ namespace tandem {
 HWY_EXPORT(take_boxes);
 HWY_EXPORT(meeting_links);
 HWY_EXPORT(meeting_body);
-HWY_EXPORT(gap_of_links);
 HWY_EXPORT(gap_of_body);
 
 LinkBox::LinkBox(const Shape& link, const WorkLimit* limit) : radius(link.rounding()) {
@@ -374,11 +364,6 @@ std::uint64_t LinkBoxes::meeting(std::size_t part, std::size_t link, std::size_t
 std::uint64_t LinkBoxes::meeting(std::size_t part, std::size_t link, const PlacedBox& body) const {
   const std::size_t some = std::min(PoseNumbers::count, count_ - part * PoseNumbers::count);
   return HWY_DYNAMIC_DISPATCH(meeting_body)(in_part(part, link), body, &boxes_, some);
-}
-
-double LinkBoxes::gap(std::size_t k, std::size_t link, std::size_t other) const {
-  const std::size_t part = k / PoseNumbers::count;
-  return HWY_DYNAMIC_DISPATCH(gap_of_links)(in_part(part, link), in_part(part, other), k % PoseNumbers::count);
 }
 
 double LinkBoxes::gap(std::size_t k, std::size_t link, const PlacedBox& body) const {

@@ -90,7 +90,6 @@ class LinkBoxes {
   std::uint64_t meeting(std::size_t part, std::size_t link, std::size_t other) const;
   std::uint64_t meeting(std::size_t part, std::size_t link, const PlacedBox& body) const;
   /// At most the distance of the two boxes, turned as they are; negative where they may touch.
-  double gap(std::size_t k, std::size_t link, std::size_t other) const;
   double gap(std::size_t k, std::size_t link, const PlacedBox& body) const;
 
   /// Bytes beside itself.

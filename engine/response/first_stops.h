@@ -60,7 +60,6 @@ class FirstStops {
   template <class Visit>
   void each_near(const Aabb& box, bool anywhere, Visit&& visit);
   void find_impacts(std::uint32_t body, double t, std::vector<Meeting>& found);
-  void note_stray(std::uint32_t body);
   void apply(const Meeting& meeting);
   void rest_at(std::uint32_t body, double t);
   void follow(std::uint32_t body, std::uint32_t other, double t);

@@ -76,10 +76,8 @@ Leg MovingBodies::leg(std::uint32_t body) const {
 }
 
 void MovingBodies::learn_shapes() {
-  const SceneChanges::HistoryName history(*scene_);
-  if (!(history == history_) || shape_changes_ != SceneChanges::shape_changes(*scene_)) {
-    history_ = history;
-    shape_changes_ = SceneChanges::shape_changes(*scene_);
+  if (const SceneChanges::ShapesName now(*scene_); !(now == known_shapes_)) {
+    known_shapes_ = now;
     const auto shapes = scene_->shapes();
     balls_.assign(shapes.size(), {});
     has_ball_.assign(shapes.size(), 0);

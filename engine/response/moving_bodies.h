@@ -92,8 +92,7 @@ class MovingBodies {
   NarrowPhase narrow_;
   const Scene* scene_ = nullptr;
   std::span<const Pose> ends_;
-  SceneChanges::HistoryName history_;
-  std::uint64_t shape_changes_ = 0;
+  SceneChanges::ShapesName known_shapes_;
   std::vector<InnerBall> balls_;        // one for each shape of a continuous body
   std::vector<std::uint8_t> has_ball_;  // balls_ of the shape is known
   std::vector<double> reach_;           // one for each shape

@@ -47,10 +47,9 @@ void SolverBodies::begin_step(const Scene& scene, double max_speed) {
 }
 
 void SolverBodies::learn_shapes(const Scene& scene) {
-  const SceneChanges::HistoryName history(scene);
-  if (history == history_ && shape_changes_ == SceneChanges::shape_changes(scene)) return;
-  history_ = history;
-  shape_changes_ = SceneChanges::shape_changes(scene);
+  const SceneChanges::ShapesName now(scene);
+  if (now == known_shapes_) return;
+  known_shapes_ = now;
   shapes_.clear();
   for (const Shape& shape : scene.shapes()) {
     const MassProperties mass = shape.mass();

@@ -51,8 +51,7 @@ class SolverBodies {
 
   ParallelTime& parallel_;
   double max_speed_ = 0;
-  SceneChanges::HistoryName history_;  // of the scene whose shapes these are
-  std::uint64_t shape_changes_ = 0;
+  SceneChanges::ShapesName known_shapes_;
   std::vector<ShapeMass> shapes_;
   std::vector<SolverBody> bodies_;
   std::vector<Quat> orientations_;  // one an index, as the rotations half a step ahead

@@ -90,8 +90,10 @@ struct Layers {
   }
 };
 
+/// A body at the place, turned and shifted at random within its ball of diameter `spacing`.
 BodyOptions tumbled(const Kind& kind, const Vec3& place, double spacing, Random& random) {
-  const double room = std::max(0.0, 0.98 * (spacing / 2 - kind.radius)) / std::numbers::sqrt3;
+  constexpr double used = 0.98;  // share of the ball's free radius: what is left keeps neighbours apart
+  const double room = std::max(0.0, used * (spacing / 2 - kind.radius)) / std::numbers::sqrt3;
   BodyOptions body;
   body.shape = kind.shape;
   body.pose.rotation = random.rotation();
@@ -99,11 +101,14 @@ BodyOptions tumbled(const Kind& kind, const Vec3& place, double spacing, Random&
   return body;
 }
 
-/// The spacing of positions in diameters of the largest body; the part above 1 leaves room for jitter.
-double spacing_for(std::initializer_list<Kind> kinds, double loose = 1.04) {
+/// The spacing of positions in diameters of the largest body: the part above 1 leaves room for random shifts.
+constexpr double usual_spacing = 1.04;
+constexpr double spacing_of_spheres = 1.2;  // less would let them balance on each other
+
+double spacing_for(std::initializer_list<Kind> kinds, double diameters = usual_spacing) {
   double radius = 0;
   for (const Kind& kind : kinds) radius = std::max(radius, kind.radius);
-  return loose * 2 * radius;
+  return diameters * 2 * radius;
 }
 
 /// The height of the centre of a ball that lies in the bowl at that distance from the axis.
@@ -160,20 +165,25 @@ Scene tori_on_cones(std::size_t bodies, Random& random) {
   return scene;
 }
 
-Scene dropped_on_plane(Kind (*add_kind)(Scene&), double loose, std::size_t bodies, Random& random) {
+Scene dropped_on_plane(Kind (*add_kind)(Scene&), double diameters, std::size_t bodies, Random& random) {
   Scene scene;
   add_ground(scene);
   const Kind kind = add_kind(scene);
-  const Layers layers{.spacing = spacing_for({kind}, loose), .layers = 2, .bottom = 0.05};
+  const Layers layers{.spacing = spacing_for({kind}, diameters), .layers = 2, .bottom = 0.05};
   for (std::size_t k = 0; k < bodies; ++k)
     scene.add_body(tumbled(kind, layers.place(k, bodies), layers.spacing, random));
   return scene;
 }
 
-Scene cubes_on_plane(std::size_t bodies, Random& random) { return dropped_on_plane(add_cube, 1.04, bodies, random); }
-// Spheres need more jitter; otherwise they balance on each other.
-Scene spheres_on_plane(std::size_t bodies, Random& random) { return dropped_on_plane(add_sphere, 1.2, bodies, random); }
-Scene tori_on_plane(std::size_t bodies, Random& random) { return dropped_on_plane(add_torus, 1.04, bodies, random); }
+Scene cubes_on_plane(std::size_t bodies, Random& random) {
+  return dropped_on_plane(add_cube, usual_spacing, bodies, random);
+}
+Scene spheres_on_plane(std::size_t bodies, Random& random) {
+  return dropped_on_plane(add_sphere, spacing_of_spheres, bodies, random);
+}
+Scene tori_on_plane(std::size_t bodies, Random& random) {
+  return dropped_on_plane(add_torus, usual_spacing, bodies, random);
+}
 
 Scene tori_and_cubes(std::size_t bodies, Random& random) {
   Scene scene;
@@ -204,8 +214,8 @@ Scene complex_in_contact(std::size_t bodies, Random& random) {
   add_ground(scene);
   const double ring = 0.6, tube = 0.25;
   const Kind torus = add_mesh(scene, make_torus(ring, tube, 96, 48), "fine torus");
-  // An overlap of a thousandth on each side: rounding does not decide the contacts.
-  const double across = 0.999 * 2 * (ring + tube), up = 0.999 * 2 * tube;
+  constexpr double pressed = 0.999;  // of the distance at which they would touch: rounding does not decide the contacts
+  const double across = pressed * 2 * (ring + tube), up = pressed * 2 * tube;
   const Layers stacks{.spacing = across, .layers = 1, .bottom = 0};
   const std::size_t height = 2, count = (bodies + height - 1) / height;
   for (std::size_t k = 0; k < bodies; ++k) {
@@ -226,7 +236,7 @@ constexpr double grain_radius = 0.6;
 /// Layers above the floor of a box with half-spaces as walls. There are so few that the highest bodies do not fall by
 /// more than a quarter of the smallest diameter in a step.
 Layers add_box(Scene& scene, std::size_t bodies) {
-  const Layers layers{.spacing = 1.04 * 2 * grain_radius, .layers = 12, .bottom = 0.05};
+  const Layers layers{.spacing = usual_spacing * 2 * grain_radius, .layers = 12, .bottom = 0.05};
   add_ground(scene);
   const double half_width = layers.spacing * (static_cast<double>(layers.side(bodies)) / 2 + 0.25);
   for (const Vec3& inward : {Vec3(1, 0, 0), Vec3(-1, 0, 0), Vec3(0, 1, 0), Vec3(0, -1, 0)})

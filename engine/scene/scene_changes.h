@@ -34,6 +34,21 @@ class detail::SceneChanges {
    private:
     std::shared_ptr<const char> mark_;
   };
+
+  /// Names the shapes of a scene in their state of that time.
+  class ShapesName {
+   public:
+    ShapesName() = default;
+    explicit ShapesName(const Scene& scene) : history_(scene), changes_(shape_changes(scene)) {}
+    /// True if the shapes are certainly the same.
+    friend bool operator==(const ShapesName& a, const ShapesName& b) {
+      return a.history_ == b.history_ && a.changes_ == b.changes_;
+    }
+
+   private:
+    HistoryName history_;
+    std::uint64_t changes_ = 0;
+  };
 };
 
 using detail::SceneChanges;

@@ -41,6 +41,14 @@ inline constexpr double first_beside = 1e-2;
 /// contact held constant drifts so far and no farther before its contacts are recomputed. Less: trembling bodies never
 /// rest. More: kept contacts are off by as much.
 inline constexpr double rest_share = 1e-3;
+/// The share of the squared reach of a rest within which a body rests: what is missing covers the rounding of the
+/// squares, and rotations that are orthonormal only to 2e-6. Nearer to 1: a body rests that has left its reach. Less:
+/// rests end sooner.
+inline constexpr double squared_reach = 0.99;
+/// The share of the tolerance, radians, by which a body may have turned for an answer to be moved along: the rest is
+/// left for its turn while it then rests, ten times rest_share. Nearer to 1: kept normals are off by more than the
+/// tolerance. Less: more answers are computed.
+inline constexpr double moved_turn = 0.99;
 
 /// The motion in a step of a continuous body without an inner ball, such as a sheet, relative to its size, up to which
 /// no time of impact is computed (other bodies: fast_motion of the inner radius). Less: slow sheets cost a time of

@@ -25,65 +25,6 @@ using tbb::flow::unlimited;
 /// The phase whose work a thread looks for first.
 enum class Phase { broad, narrow };
 
-/// The graph of one phase: the nodes of a step, in an arena limited to the phase's number of threads. The executor
-/// makes the edges. A message has no content: there is one for each thread, which takes it through all nodes.
-struct PhaseGraph {
-  using Node = function_node<continue_msg, continue_msg>;
-
-  /// `stages`: the object that has a member function for each node.
-  template <class Stages>
-  PhaseGraph(Phase phase, int threads, Stages& stages)
-      : arena(threads, 1),
-        context(tbb::task_group_context::isolated),
-        graph(context),
-        update(graph, unlimited, body([&] { stages.update(); })),
-        prepare(graph, unlimited, body([&] { stages.prepare(); })),
-        tiles(graph, unlimited, body([&stages, phase] { stages.tiles(phase); })),
-        narrow(graph, unlimited, body([&] { stages.narrow(); })),
-        join(graph, unlimited, body([&] { stages.join(); })) {
-    attach();
-  }
-
-  /// Changes the number of threads; only between steps.
-  void resize(int threads) {
-    if (threads == arena.max_concurrency()) return;
-    arena.terminate();
-    arena.initialize(threads, 1);
-    attach();
-  }
-
-  /// Puts a message for each of so many threads.
-  void put(int threads) {
-    for (int i = 0; i < threads; ++i) update.try_put({});
-  }
-  /// Waits for all messages; the calling thread works on them, too.
-  void wait() {
-    arena.execute([this] { graph.wait_for_all(); });
-  }
-
-  tbb::task_arena arena;
-  // An isolated context: the caller's may be cancelled, or end, before this graph does, and a step that lost messages
-  // would hang.
-  tbb::task_group_context context;
-  tbb::flow::graph graph;
-  Node update, prepare, tiles, narrow, join;
-
- private:
-  /// A node's body, isolated: a user's callback may wait for tasks of its own, and must not be given another message
-  /// meanwhile, which would wait for the tile that this thread holds.
-  template <class Stage>
-  static auto body(Stage stage) {
-    return [stage](continue_msg message) noexcept {
-      tbb::this_task_arena::isolate(stage);
-      return message;
-    };
-  }
-  /// Ties the graph to the arena: messages go to the arena in which the graph was reset last, whoever sends them.
-  void attach() {
-    arena.execute([this] { graph.reset(); });
-  }
-};
-
 /// The default executor. Each phase has an arena, of X and Y threads for the split X-Y, and in it a graph of the step's
 /// stages. Each thread carries a message along the edges: at a node it takes blocks of the stage until none is left,
 /// and goes on when the stage is over:
@@ -129,8 +70,6 @@ class FlowGraphExecutor final : public Executor, private Delivery {
   std::size_t memory() const override { return frame_.memory(); }
 
  private:
-  friend PhaseGraph;
-
   /// The shortest step that is shared, in milliseconds: workers that are awake arrive in a tenth of the time that
   /// waking takes, so shorter steps are worth sharing.
   static ExecutorOptions with_short_steps(ExecutorOptions options) {
@@ -138,6 +77,67 @@ class FlowGraphExecutor final : public Executor, private Delivery {
     if (options.stay_awake > 0) options.sharing.short_step_ms *= of_asleep;
     return options;
   }
+
+  // ---- The nodes of a step
+
+  /// The graph of one phase: the nodes of a step, in an arena limited to the phase's number of threads. A message has
+  /// no content: there is one for each thread, which takes it through all nodes.
+  struct PhaseGraph {
+    using Node = function_node<continue_msg, continue_msg>;
+
+    /// A node's body, isolated: a user's callback may wait for tasks of its own, and must not be given another message
+    /// meanwhile, which would wait for the tile that this thread holds.
+    template <class Stage>
+    static auto body(Stage stage) {
+      return [stage](continue_msg message) noexcept {
+        tbb::this_task_arena::isolate(stage);
+        return message;
+      };
+    }
+
+    /// The nodes' bodies are functions of the executor, which also makes the edges.
+    PhaseGraph(Phase phase, int threads, FlowGraphExecutor& executor)
+        : arena(threads, 1),
+          context(tbb::task_group_context::isolated),
+          graph(context),
+          update(graph, unlimited, body([&] { executor.update(); })),
+          prepare(graph, unlimited, body([&] { executor.prepare(); })),
+          tiles(graph, unlimited, body([&executor, phase] { executor.tiles(phase); })),
+          narrow(graph, unlimited, body([&] { executor.narrow(); })),
+          join(graph, unlimited, body([&] { executor.join(); })) {
+      attach();
+    }
+
+    /// Changes the number of threads; only between steps.
+    void resize(int threads) {
+      if (threads == arena.max_concurrency()) return;
+      arena.terminate();
+      arena.initialize(threads, 1);
+      attach();
+    }
+
+    /// Puts a message for each of so many threads.
+    void put(int threads) {
+      for (int i = 0; i < threads; ++i) update.try_put({});
+    }
+    /// Waits for all messages; the calling thread works on them, too.
+    void wait() {
+      arena.execute([this] { graph.wait_for_all(); });
+    }
+
+    tbb::task_arena arena;
+    // An isolated context: the caller's may be cancelled, or end, before this graph does, and a step that lost messages
+    // would hang.
+    tbb::task_group_context context;
+    tbb::flow::graph graph;
+    Node update, prepare, tiles, narrow, join;
+
+   private:
+    /// Ties the graph to the arena: messages go to the arena in which the graph was reset last, whoever sends them.
+    void attach() {
+      arena.execute([this] { graph.reset(); });
+    }
+  };
 
   // ---- Before a step: split, arenas, edges and queue
 

@@ -2,6 +2,7 @@
 #include <memory>
 
 #include "catch.h"
+#include "sheet_mesh.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/scene_queries.h"
 #include "tandem/narrowphase/deformable_mesh.h"
@@ -11,19 +12,7 @@ namespace {
 
 // A cloth of n x n squares, side 4, sagged by `depth` in the middle.
 Mesh sheet(int n, double depth) {
-  Mesh mesh;
-  for (int i = 0; i <= n; ++i)
-    for (int j = 0; j <= n; ++j) {
-      const double x = 4.0 * i / n - 2, y = 4.0 * j / n - 2;
-      mesh.vertices.emplace_back(x, y, -depth * (1 - x * x / 4) * (1 - y * y / 4));
-    }
-  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(i * (n + 1) + j); };
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j) {
-      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  return mesh;
+  return test::sheet(n, [&](double x, double y) { return Vec3(2 * x, 2 * y, -depth * (1 - x * x) * (1 - y * y)); });
 }
 
 // A cloth as the shape of two bodies, with balls, a box and a ring of boxes around it.

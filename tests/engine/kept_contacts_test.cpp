@@ -718,10 +718,10 @@ TEST_CASE("kept contacts: what pairs that come and go leave behind does not add 
       for (std::uint32_t i = 0; i < pairs; ++i) {
         PairResult result{step % 900, 1000 + (step / 900 * 300 + i) % 1000, 0, 0, {}};
         const Pair pair{result.a, result.b};
-        REQUIRE(batch.stand(std::span(&pair, 1)) == 0);
-        REQUIRE_FALSE(batch.move_along(pair, result));
-        batch.keep(result, {});
-        batch.note(result, {}, false);
+        REQUIRE(batch.append_valid(std::span(&pair, 1)) == 0);
+        REQUIRE_FALSE(batch.extrapolate(pair, result));
+        batch.store(result, {});
+        batch.record(result, {}, false);
       }
     }
     kept.end_step(list);

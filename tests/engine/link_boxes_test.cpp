@@ -91,7 +91,7 @@ TEST_CASE("link boxes: a gap is never more than the distance, and all of it alon
       const auto distance = [&](const Pose& pose) {
         return narrow.solve(links.shapes[a], at, links.shapes[b], pose, Request::distance).signed_distance;
       };
-      const double gap = boxes.gap(k, a, b), body_gap = boxes.gap(k, a, body);
+      const double gap = boxes.gap(k, a, {links.boxes[b], other, boxes.box(b, k)}), body_gap = boxes.gap(k, a, body);
       if (gap > 0) REQUIRE(gap <= distance(other));
       if (body_gap > 0) REQUIRE(body_gap <= distance(body_pose));
       const bool is_apart = known_apart(links.boxes[a], at, links.boxes[b], body_pose);
@@ -117,9 +117,12 @@ TEST_CASE("link boxes: a gap is never more than the distance, and all of it alon
   const std::vector<Pose> poses{turn, turned({1.5, 0, 0}), turned({0.1, 0.95, 0.2})};
   LinkBoxes boxes;
   REQUIRE(boxes.take(own, poses, 0, 1, {}));
-  CHECK(boxes.gap(0, 0, 1) == Approx(0.8).margin(2e-4));
-  CHECK(boxes.gap(0, 1, 0) == Approx(0.8).margin(2e-4));
-  CHECK(boxes.gap(0, 0, 2) == Approx(0.3).margin(2e-4));
+  const auto gap = [&](std::size_t link, std::size_t other) {
+    return boxes.gap(0, link, {own[other], poses[other], boxes.box(other, 0)});
+  };
+  CHECK(gap(0, 1) == Approx(0.8).margin(2e-4));
+  CHECK(gap(1, 0) == Approx(0.8).margin(2e-4));
+  CHECK(gap(0, 2) == Approx(0.3).margin(2e-4));
 }
 
 TEST_CASE("link boxes: poses that are none are told") {

@@ -15,6 +15,7 @@
 #include "meshes/edges_met.h"
 #include "meshes/mesh_pair.h"
 #include "shapes/shape_insides.h"
+#include "sheet_mesh.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "triangles/predicates.h"
 
@@ -27,16 +28,7 @@ using test::torus;
 
 // A square of side 2 of n x n cells, each two triangles.
 Mesh sheet(int n) {
-  Mesh mesh;
-  for (int i = 0; i <= n; ++i)
-    for (int j = 0; j <= n; ++j) mesh.vertices.emplace_back(2.0 * i / n - 1, 2.0 * j / n - 1, 0);
-  const auto at = [&](int i, int j) { return static_cast<std::uint32_t>(i * (n + 1) + j); };
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j) {
-      mesh.triangles.push_back({at(i, j), at(i + 1, j), at(i + 1, j + 1)});
-      mesh.triangles.push_back({at(i, j), at(i + 1, j + 1), at(i, j + 1)});
-    }
-  return mesh;
+  return test::sheet(n, [](double x, double y) { return Vec3(x, y, 0); });
 }
 
 // Waves of random directions, lengths and heights.

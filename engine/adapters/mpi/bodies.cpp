@@ -5,7 +5,6 @@
 #include <oneapi/tbb/parallel_for.h>
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -14,7 +13,6 @@
 #include <utility>
 
 #include "cpu_time.h"
-#include "mixed.h"
 #include "scene/tolerances.h"
 
 namespace tandem::mpi {
@@ -36,24 +34,12 @@ constexpr double rest_twice = 2.1;
 
 using Clock = std::chrono::steady_clock;
 
-/// The largest float that is not above x.
-float down(double x) {
-  constexpr double most = std::numeric_limits<float>::max();
-  x = std::clamp(x, -most, most);
-  const auto nearest = static_cast<float>(x);
-  if (double{nearest} <= x) return nearest;
-  // The next float below, by its bits, as for the pipeline's boxes: nextafterf takes three times as long.
-  if (nearest == 0) return -std::numeric_limits<float>::denorm_min();
-  const auto bits = std::bit_cast<std::uint32_t>(nearest);
-  return std::bit_cast<float>(nearest > 0 ? bits - 1 : bits + 1);
-}
-
 FloatBox outward(const Bounds& bounds, double grow) {
   FloatBox box;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto axis = static_cast<Eigen::Index>(i);
-    box.lo[i] = down(bounds.lo[axis] - grow);
-    box.hi[i] = -down(-(bounds.hi[axis] + grow));
+    box.lo[i] = round_down(bounds.lo[axis] - grow);
+    box.hi[i] = round_up(bounds.hi[axis] + grow);
   }
   return box;
 }
@@ -108,11 +94,11 @@ ShapeId Bodies::add_shape(Shape shape, std::string name) {
   }
   // These numbers distinguish shapes in all but contrived cases.
   const MassProperties mass = shape.mass();
-  shapes_hash_ = mixed(shapes_hash_, static_cast<double>(shape.kind()));
-  for (const double parameter : shape.parameters()) shapes_hash_ = mixed(shapes_hash_, parameter);
+  shapes_hash_.add(static_cast<double>(shape.kind()));
+  for (const double parameter : shape.parameters()) shapes_hash_.add(parameter);
   for (const double x : {shape.size(), mass.volume, mass.centre.x(), mass.centre.y(), mass.centre.z(),
                          mass.inertia(0, 0), mass.inertia(1, 1), mass.inertia(2, 2), mass.inertia(0, 1)})
-    shapes_hash_ = mixed(shapes_hash_, x);
+    shapes_hash_.add(x);
   return scene_.add_shape(std::move(shape), std::move(name));
 }
 
@@ -165,17 +151,8 @@ std::uint32_t Bodies::put(const BodyRecord& record, bool owned) {
     owned_[*before] = unchecked_[*before] = owned ? 1 : 0;
     return *before;
   }
-  BodyOptions options;
-  options.shape = scene_.has_shape(record.shape) ? ShapeId{record.shape + 1, 1} : ShapeId{};
-  options.density = record.density;
-  options.is_static = record.is_static != 0;
-  options.is_sensor = record.is_sensor != 0;
-  options.continuous = record.is_continuous != 0;
-  options.group = record.group;
-  options.mask = record.mask;
-  const std::uint32_t index = scene_.add_body(options).index();
-  // Not through BodyOptions: poses that come from a response must not be made orthonormal again.
-  scene_.move(index, record.motion.pose(), record.motion.speed(), record.motion.spin());
+  const ShapeId shape = scene_.has_shape(record.shape) ? ShapeId{record.shape + 1, 1} : ShapeId{};
+  const std::uint32_t index = record.add_to(scene_, shape);
   prepare(index);
   places_[id] = index;
   ids_[index] = id;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "answers/word_hash.h"
 #include "communicator.h"
 #include "directory.h"
 #include "pipeline/kept_handover.h"
@@ -39,7 +40,7 @@ class Bodies {
   const Scene& scene() const { return scene_; }
   ShapeId add_shape(Shape shape, std::string name);
   /// A hash of what distinguishes the shapes; equal on all ranks if they have the same shapes.
-  std::uint64_t shapes_hash() const { return shapes_hash_; }
+  std::uint64_t shapes_hash() const { return shapes_hash_.value(); }
 
   bool has(GlobalId id) const { return places_.contains(id); }
   std::optional<std::uint32_t> place(GlobalId id) const {
@@ -208,7 +209,7 @@ class Bodies {
   Scene door_;  // checks new bodies; holds the shape that it checked last
   std::uint32_t door_shape_ = 0;
   std::vector<Ball> balls_;  // one for each shape
-  std::uint64_t shapes_hash_ = 0;
+  WordHash shapes_hash_{0};
 
   std::unordered_map<GlobalId, std::uint32_t> places_;
   std::size_t count_ = 0;
@@ -216,11 +217,11 @@ class Bodies {
   // Arrays with an element for each index of the scene:
   std::vector<GlobalId> ids_;
   std::vector<std::uint8_t> owned_;
-  std::vector<std::uint8_t> resend_;         // more of it has changed than its pose
-  std::vector<std::uint8_t> inside_;         // its box lies in the rank's region
-  std::vector<std::uint8_t> unchecked_;      // an owned body without an edge that must be checked
-  std::vector<std::uint8_t> queued_;         // it is in todo_
-  std::vector<std::uint8_t> is_new_;         // it has arrived since the last step
+  std::vector<std::uint8_t> resend_;     // more of it has changed than its pose
+  std::vector<std::uint8_t> inside_;     // its box lies in the rank's region
+  std::vector<std::uint8_t> unchecked_;  // an owned body without an edge that must be checked
+  std::vector<std::uint8_t> queued_;     // it is in todo_
+  std::vector<std::uint8_t> is_new_;     // it has arrived since the last step
   // For the body that had this index in the last step: its place in departures_.
   std::vector<std::uint32_t> departure_of_;
   std::vector<std::uint32_t> edge_of_;

@@ -137,15 +137,7 @@ void MotionStops::share_scene(std::vector<Near>& near) {
     const BodyRecord& record = one.body;
     auto [shape, is_new] = shapes_.try_emplace(record.shape);
     if (is_new) shape->second = scene_.add_shape(bodies_.scene().shapes()[record.shape]);
-    BodyOptions options;
-    options.shape = shape->second;
-    options.density = record.density;
-    options.is_static = record.is_static != 0;
-    options.continuous = record.is_continuous != 0;
-    options.group = record.group;
-    options.mask = record.mask;
-    const std::uint32_t index = scene_.add_body(options).index();
-    scene_.move(index, record.motion.pose(), record.motion.speed(), record.motion.spin());
+    record.add_to(scene_, shape->second);
     ids_.push_back(record.motion.id);
     ends_.push_back(one.end.pose());
   }

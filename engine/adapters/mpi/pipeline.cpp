@@ -10,12 +10,12 @@
 #include <utility>
 
 #include "answer_sum.h"
+#include "answers/word_hash.h"
 #include "bodies.h"
 #include "communicator.h"
 #include "costs.h"
 #include "cpu_time.h"
 #include "kept_messages.h"
-#include "mixed.h"
 #include "pipeline_impl.h"
 #include "rebalancer.h"
 #include "regions.h"
@@ -48,22 +48,16 @@ Options checked(Options options) {
 
 /// A hash of the options that decide which answers there are and what is sent between ranks.
 std::uint64_t hash_of(const AnswerOptions& answer) {
-  std::uint64_t hash = 0;
+  WordHash hash(0);
   for (const double x : {static_cast<double>(answer.request), answer.margin, answer.tolerance, answer.keep_contacts,
                          answer.mesh_margin ? 1.0 : 0.0})
-    hash = mixed(hash, x);
-  return hash;
+    hash.add(x);
+  return hash.value();
 }
 
 /// How far a body may be from the pose of its kept answers, as a fraction of its size.
 double rest_of(const AnswerOptions& answer) {
   return answer.request == Request::collide ? 0 : tolerance::rest_share * answer.keep_contacts;
-}
-
-Change change_of(Change::Kind kind, GlobalId id) {
-  Change change{kind, 0, {}};
-  change.body.motion.id = id;
-  return change;
 }
 
 }  // namespace
@@ -448,21 +442,18 @@ ShapeId Pipeline::add_shape(Shape shape, std::string name) {
 }
 
 void Pipeline::add_body(GlobalId id, const BodyOptions& body) {
-  impl_->changes.push_back({Change::Kind::add, 0, impl_->bodies.checked(id, body)});
+  impl_->change(Change::Kind::add, id) = impl_->bodies.checked(id, body);
 }
-void Pipeline::remove_body(GlobalId id) { impl_->changes.push_back(change_of(Change::Kind::remove, id)); }
+void Pipeline::remove_body(GlobalId id) { impl_->change(Change::Kind::remove, id); }
 void Pipeline::set_pose(GlobalId id, const Pose& pose) {
   require_valid(pose, "body " + std::to_string(id));
-  Change change{Change::Kind::pose, 0, {}};
-  change.body.motion = MotionRecord::of(id, orthonormalized(pose), Vec3::Zero(), Vec3::Zero());
-  impl_->changes.push_back(change);
+  impl_->change(Change::Kind::pose, id).motion =
+      MotionRecord::of(id, orthonormalized(pose), Vec3::Zero(), Vec3::Zero());
 }
 void Pipeline::set_velocity(GlobalId id, const Vec3& velocity, const Vec3& angular_velocity) {
   if (!velocity.allFinite() || !angular_velocity.allFinite())
     throw std::invalid_argument("body " + std::to_string(id) + ": a velocity is not finite, allowed: finite numbers");
-  Change change{Change::Kind::velocity, 0, {}};
-  change.body.motion = MotionRecord::of(id, {}, velocity, angular_velocity);
-  impl_->changes.push_back(change);
+  impl_->change(Change::Kind::velocity, id).motion = MotionRecord::of(id, {}, velocity, angular_velocity);
 }
 void Pipeline::set_shape(GlobalId id, ShapeId shape) {
   const std::size_t shapes = impl_->bodies.scene().shapes().size();
@@ -470,37 +461,26 @@ void Pipeline::set_shape(GlobalId id, ShapeId shape) {
     throw std::invalid_argument("body " + std::to_string(id) + ": shape is number " +
                                 std::to_string(shape.index_plus_one) + ", allowed: 1 to " + std::to_string(shapes) +
                                 ", the shapes added");
-  Change change = change_of(Change::Kind::shape, id);
-  change.body.shape = shape.index_plus_one - 1;
-  impl_->changes.push_back(change);
+  impl_->change(Change::Kind::shape, id).shape = shape.index_plus_one - 1;
 }
 void Pipeline::set_filter(GlobalId id, std::uint32_t group, std::uint32_t mask) {
-  Change change = change_of(Change::Kind::filter, id);
-  change.body.group = group;
-  change.body.mask = mask;
-  impl_->changes.push_back(change);
+  BodyRecord& body = impl_->change(Change::Kind::filter, id);
+  body.group = group;
+  body.mask = mask;
 }
 void Pipeline::set_static(GlobalId id, bool is_static) {
-  Change change = change_of(Change::Kind::is_static, id);
-  change.body.is_static = is_static ? 1 : 0;
-  impl_->changes.push_back(change);
+  impl_->change(Change::Kind::is_static, id).is_static = is_static ? 1 : 0;
 }
 void Pipeline::set_density(GlobalId id, double density) {
   require(std::isfinite(density) && density > 0, ("body " + std::to_string(id) + ": density").c_str(), density,
           "finite, > 0 kg/m^3");
-  Change change = change_of(Change::Kind::density, id);
-  change.body.density = density;
-  impl_->changes.push_back(change);
+  impl_->change(Change::Kind::density, id).density = density;
 }
 void Pipeline::set_sensor(GlobalId id, bool is_sensor) {
-  Change change = change_of(Change::Kind::is_sensor, id);
-  change.body.is_sensor = is_sensor ? 1 : 0;
-  impl_->changes.push_back(change);
+  impl_->change(Change::Kind::is_sensor, id).is_sensor = is_sensor ? 1 : 0;
 }
 void Pipeline::set_continuous(GlobalId id, bool continuous) {
-  Change change = change_of(Change::Kind::continuous, id);
-  change.body.is_continuous = continuous ? 1 : 0;
-  impl_->changes.push_back(change);
+  impl_->change(Change::Kind::continuous, id).is_continuous = continuous ? 1 : 0;
 }
 
 void Pipeline::rebalance() { impl_->rebalance_now(); }

@@ -37,6 +37,13 @@ struct Pipeline::Impl {
   std::size_t take_own(std::span<Pair> candidates);
   void note_failure(const std::string& cause);
   [[noreturn]] void throw_failure();
+  /// Requests a change of a body for the next step; returns its data, of which those of this kind are to be set.
+  BodyRecord& change(Change::Kind kind, GlobalId id) {
+    Change& one = changes.emplace_back();
+    one.kind = kind;
+    one.body.motion.id = id;
+    return one.body;
+  }
   void apply(const Change& change);
   bool check_ahead();
   void apply_changes(Report& report);

@@ -54,6 +54,21 @@ struct BodyRecord {
     out.is_continuous = scene.continuous()[index];
     return out;
   }
+  /// Adds the body to a scene, with exactly these bits: a pose that comes from a response must not be made orthonormal
+  /// again. Returns its index.
+  std::uint32_t add_to(Scene& scene, ShapeId its_shape) const {
+    BodyOptions options;
+    options.shape = its_shape;
+    options.density = density;
+    options.is_static = is_static != 0;
+    options.is_sensor = is_sensor != 0;
+    options.continuous = is_continuous != 0;
+    options.group = group;
+    options.mask = mask;
+    const std::uint32_t index = scene.add_body(options).index();
+    scene.move(index, motion.pose(), motion.speed(), motion.spin());
+    return index;
+  }
 };
 
 /// A change of a body that some rank requested.
@@ -168,29 +183,14 @@ struct KeptPairRecord {
     KeptPairRecord out;
     Eigen::Map<Mat3>(out.rotation.data()) = kept.rotation;
     Eigen::Map<Vec3>(out.translation.data()) = kept.translation;
-    PairAnswer answer;
-    answer.signed_distance = kept.signed_distance;
-    answer.error_bound = kept.error_bound;
-    answer.point_a = kept.point_a;
-    answer.point_b = kept.point_b;
-    answer.normal = kept.normal;
-    answer.collide = kept.collide;
-    answer.status = kept.status;
-    out.answer = AnswerRecord::of(answer);
+    out.answer = AnswerRecord::of(kept.answer);
     return out;
   }
   KeptPair kept() const {
     KeptPair out;
     out.rotation = Eigen::Map<const Mat3>(rotation.data());
     out.translation = Eigen::Map<const Vec3>(translation.data());
-    const PairAnswer from = answer.answer();
-    out.signed_distance = from.signed_distance;
-    out.error_bound = from.error_bound;
-    out.point_a = from.point_a;
-    out.point_b = from.point_b;
-    out.normal = from.normal;
-    out.collide = from.collide;
-    out.status = from.status;
+    out.answer = answer.answer();
     return out;
   }
 };
