@@ -97,11 +97,11 @@ inline constexpr double rounded_translation_slack = 1e-12;
 /// flatness of a patch.
 inline constexpr double tie_lean = 1e-6;
 
-/// Of voxels: the least edge of a cell, relative to the grid's origin: coordinates are then rounded by 2e-7 of an edge.
-/// Less: cells that lie side by side leave gaps that show. More: grids far out are refused that could be used.
+/// The least edge of a voxel, relative to the grid's origin: coordinates are then rounded by 2e-7 of an edge.
+/// Less: visible gaps between neighbouring cells. More: usable grids far from the origin are refused.
 inline constexpr double cell_of_origin = 1e-9;
-/// How near the surface of a cell, in edges of the smallest, a contact's place counts as on it: then what lies beyond
-/// is looked at. Less: rounding of a place says that it is within. More: places near an edge count as on both faces.
+/// The distance, in edges of the smallest cell, up to which a contact's point counts as on a surface, so that the
+/// cell beyond is examined. Less: rounding puts points inside. More: points near an edge count as on both faces.
 inline constexpr double on_cell = 1e-6;
 
 // ---- Single precision and the units of hierarchies

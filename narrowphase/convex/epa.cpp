@@ -127,15 +127,6 @@ bool expand_in(const PolytopeMemory& memory, const MinkowskiDifference& d, const
 }  // namespace
 }  // namespace epa
 
-bool is_solid(const MinkowskiDifference& d, const Simplex& s) {
-  if (s.count != 4) return false;
-  const Vec3 a = s.p[1].w - s.p[0].w, b = s.p[2].w - s.p[0].w, c = s.p[3].w - s.p[0].w;
-  const Vec3 n = a.cross(b);
-  const double thick = tolerance::thick_start * (d.scale() + epa::reach_of(s));
-  return a.squaredNorm() > thick * thick && n.squaredNorm() > thick * thick * a.squaredNorm() &&
-         std::abs(n.dot(c)) > thick * n.norm();
-}
-
 namespace {
 
 EpaResult expand(const MinkowskiDifference& d, const Simplex& start, double tolerance,

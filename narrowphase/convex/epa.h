@@ -12,9 +12,6 @@ struct EpaResult {
   Vec3 point_b = Vec3::Zero();  ///< the origin's projection (of coplanar faces, another one may)
 };
 
-/// True if the simplex is a tetrahedron that is not thin: then `expand` begins with it and needs no weights.
-bool is_solid(const MinkowskiDifference& d, const Simplex& s);
-
 /// The expanding polytope algorithm (van den Bergen 2001) from the simplex where GJK stopped, in or near the origin.
 /// Offsets of faces are signed, so an origin outside by a rounding error does no harm. Flat and pointlike differences
 /// have depth 0. Bounded work; stops when upper - lower <= tolerance. Allocates only beyond 128 vertices.

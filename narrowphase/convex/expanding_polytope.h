@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <array>
 
-#include "convex/epa.h"
+#include "convex/simplex.h"
 #include "tolerances.h"
 
 namespace tandem::epa {
@@ -28,13 +28,6 @@ struct HorizonEdge {
   int across;  ///< half-edge in the face that stays
   int from;    ///< the vertex where it begins, in the orientation of the new face
 };
-
-/// The distance of the farthest point from the origin.
-inline double reach_of(const Simplex& s) {
-  double squared = 0;
-  for (int i = 0; i < s.count; ++i) squared = std::max(squared, s.p[i].w.squaredNorm());
-  return std::sqrt(squared);
-}
 
 /// Memory for a polytope with a given number of vertices. Faces are numbered in order of creation and never reused.
 template <int Vertices>
@@ -148,7 +141,7 @@ class Farthest {
 inline int Polytope::span(const Simplex& start) {
   // The most distant among the start's points and supports along the axes are a sound seed if the start is thin.
   vertices = 0;
-  const double reach = reach_of(start);
+  const double reach = farthest_from_origin(start);
   rounding_ = 8 * epsilon * (d_.scale() + reach);
   if (is_solid(d_, start)) {
     for (; vertices < 4; ++vertices) vertex[vertices] = start.p[vertices];

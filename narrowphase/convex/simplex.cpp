@@ -134,6 +134,21 @@ void keep_nearest(Simplex& s, const NearestOnSimplex& n) {
   s = r;
 }
 
+double farthest_from_origin(const Simplex& s) {
+  double squared = 0;
+  for (int i = 0; i < s.count; ++i) squared = std::max(squared, s.p[i].w.squaredNorm());
+  return std::sqrt(squared);
+}
+
+bool is_solid(const MinkowskiDifference& d, const Simplex& s) {
+  if (s.count != 4) return false;
+  const Vec3 a = s.p[1].w - s.p[0].w, b = s.p[2].w - s.p[0].w, c = s.p[3].w - s.p[0].w;
+  const Vec3 n = a.cross(b);
+  const double thick = tolerance::thick_start * (d.scale() + farthest_from_origin(s));
+  return a.squaredNorm() > thick * thick && n.squaredNorm() > thick * thick * a.squaredNorm() &&
+         std::abs(n.dot(c)) > thick * n.norm();
+}
+
 void set_weights(Simplex& s) {
   NearestOnSimplex n = nearest_to_origin(s);
   if (!n.inside) return keep_nearest(s, n);

@@ -36,6 +36,11 @@ NearestOnSimplex nearest_on_sides(const Simplex& s);
 /// Reduces the simplex to the points that support the nearest point, with their weights.
 void keep_nearest(Simplex& s, const NearestOnSimplex& n);
 
+/// The distance of the farthest point from the origin.
+double farthest_from_origin(const Simplex& s);
+/// True if the simplex is a tetrahedron that is not thin: the expanding polytope then begins with it, without weights.
+bool is_solid(const MinkowskiDifference& d, const Simplex& s);
+
 /// Sets the weights for the point nearest the origin, and keeps at most 3 points.
 void set_weights(Simplex& s);
 

@@ -53,7 +53,7 @@ std::string refusal(const Shape& a, const Shape& b, Request request) {
          " is not defined, no finite translation separates them unless their normals are opposite";
 }
 
-/// Whether the centres alone answer the request, without a manifold to compute.
+/// True if the test of centres answers the request without a manifold.
 bool answered_by_centres(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, Request request,
                          double margin, PairAnswer& answer) {
   const bool contacts = request == Request::contacts;
@@ -69,7 +69,7 @@ bool answered_by_centres(const Shape& a, const Pose& pose_a, const Shape& b, con
   return answer.collide;
 }
 
-/// Whether they are separated along the direction of the last answer.
+/// True if the shapes are separated along the direction of the last answer.
 bool still_apart(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b, const WarmStart& warm) {
   const double length = warm.direction.norm();
   if (!(length > 0)) return false;

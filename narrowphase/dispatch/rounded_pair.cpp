@@ -80,7 +80,7 @@ class RoundedPair {
     return answer;
   }
 
-  /// Where rounding decides, the verdict is the distance's.
+  /// The verdict of the distance, if the difference is within rounding errors.
   void take_verdict(PairAnswer& answer, std::span<Contact> found) const {
     const PairAnswer exact = distance(nullptr);
     answer.collide = exact.collide;

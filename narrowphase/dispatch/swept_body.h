@@ -35,8 +35,8 @@ inline constexpr double never = std::numeric_limits<double>::infinity();
 struct SweptBody {
   const MeshModel* mesh = nullptr;
   const VoxelModel* voxels = nullptr;
-  ConvexView view{};  // without either
-  Vec3 mid, half;     // of its box, in its frame
+  ConvexView view{};  // of a convex shape
+  Vec3 mid, half;     // the shape's box in its frame
 
   SweptBody(const Shape& shape, const WorkLimit* limit) {
     const Bounds box = quick_bounds(shape, Pose{}, limit);
@@ -63,7 +63,8 @@ struct SweptBody {
     const BoxOf b(*mesh, ref);
     return {b.mid, b.half};
   }
-  /// Of its core: a ball about a point that turns stays where it is, and the gap shrinks as fast as cores approach.
+  /// Speeds are those of the core: a ball about a point does not rotate, so the gap shrinks as fast as the cores
+  /// approach.
   std::pair<Vec3, Vec3> core_box(std::uint32_t ref) const {
     return has_hierarchy() ? box(ref) : std::pair(mid, Vec3((half.array() - core_radius(view)).cwiseMax(0)));
   }
@@ -73,7 +74,7 @@ struct SweptBody {
     const VoxelModel::Node& node = voxels->node(ref);
     for (std::uint32_t k = 0; k < node.count; ++k) visit(node.first + k);
   }
-  /// visit(view, where its frame's origin is in the body's, triangle or cell); of a convex shape that is 0.
+  /// Calls visit(view, the origin of its frame in the body's frame, triangle or cell; 0 for a convex shape).
   template <class Visit>
   void each_convex(std::uint32_t leaf, Visit&& visit) const {
     const Vec3 here = Vec3::Zero();

@@ -169,7 +169,7 @@ ClosingGap gap_of_voxels_and_plane(const Posed& voxels, const Posed& plane, cons
   const VoxelModel& model = voxels_of(voxels.shape);
   const double rising = seen.up.dot(along), sense = rising < 0 ? 1 : -1;
   WorkMeter meter(limit);
-  // Those that lie behind the plane as it comes have been passed.
+  // Parts that lie behind the moving plane have been passed by it.
   const double nearest = -greatest_of_cells(
       model,
       [&](VoxelRef ref) {

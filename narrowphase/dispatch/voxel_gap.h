@@ -1,4 +1,4 @@
-// How near voxels come to another shape, by boxes.
+// Lower bounds on the distance of voxels and another shape, by boxes.
 #pragma once
 #include "shapes/posed_mesh.h"
 #include "shapes/shape_insides.h"
@@ -6,8 +6,8 @@
 
 namespace tandem {
 
-/// Lower bounds on the signed distance of the other shape and a cell, or any cell of a node: by the other's box in the
-/// grid's frame and in its own, of a half-space or plane by its normal.
+/// Lower bounds on the signed distance of the other shape and a cell, or any cell of a node: by the other shape's boxes
+/// in the grid's frame and in its own; for a half-space or plane by its normal.
 class VoxelGap {
  public:
   VoxelGap(const Shape& voxels, const Pose& pose, const Shape& other, const Pose& other_pose, const WorkLimit* limit);
@@ -15,7 +15,7 @@ class VoxelGap {
   /// Less than 0: no cell is deeper. A bound greater than `enough` is not improved.
   double operator()(VoxelRef ref, double enough) const { return is_bounded_ ? of_boxes(ref, enough) : of_plane(ref); }
 
-  /// By what places are rounded at most, metres.
+  /// A bound on the rounding of positions, metres.
   double slack() const { return slack_; }
 
  private:
@@ -24,12 +24,12 @@ class VoxelGap {
 
   const VoxelModel& model_;
   const bool is_bounded_, is_plane_;
-  Vec3 mid_, half_;          // the other's box in the grid's frame; of a half-space mid_ is its normal
-  Mat3 axes_;                // the other's, as columns, in the grid's frame
+  Vec3 mid_, half_;          // the other shape's box in the grid's frame; for a half-space mid_ is its normal
+  Mat3 axes_;                // the other shape's axes, as columns, in the grid's frame
   Vec3 own_mid_, own_half_;  // its box along them
-  double offset_ = 0;        // of a half-space or plane, in the grid's frame
+  double offset_ = 0;        // for a half-space or plane, in the grid's frame
   double slack_;
-  double wider_;             // by that, and the rounding of the voxels and of a plane
+  double wider_;             // enlargement by that, and by the voxels' and a plane's rounding radius
 };
 
 }  // namespace tandem

@@ -40,7 +40,7 @@ std::uint32_t feature_of_cell(VoxelRef cell, std::size_t k) {
   return static_cast<std::uint32_t>(cell * contacts_of_one + std::min<std::size_t>(k, contacts_of_one - 1));
 }
 
-/// The boxes of the cells of each level, of voxels with rounding; else none.
+/// The boxes of the cells of each level for voxels with rounding; otherwise empty.
 std::vector<Shape> rounded_boxes(const Shape& voxels) {
   std::vector<Shape> boxes;
   if (voxels.kind() == ShapeKind::voxels && voxels.rounding() > 0)
@@ -58,7 +58,7 @@ class VoxelPair {
     other_boxes_ = rounded_boxes(other);
   }
 
-  /// With the rounded boxes of the voxels (null: none), which another pair has made.
+  /// `boxes`: the rounded boxes of the voxels, made by another pair; null: none.
   VoxelPair(const Shape& voxels, const Pose& pose, const Shape& other, const Pose& other_pose,
             const NarrowPhaseOptions& options, const std::vector<Shape>* boxes)
       : voxels_(voxels),
@@ -79,7 +79,7 @@ class VoxelPair {
         [&](VoxelRef cell) { return !solve_cell(cell, Request::collide, options_, nullptr).collide; });
   }
 
-  /// The least distance of a cell; of those farther than the cut-off none need be found.
+  /// The least distance of a cell; cells beyond the cut-off need not be found.
   CellsFound nearest(double cutoff);
 
   /// Gathers the contacts of each cell: visit(cell, contacts); those of places that other cells cover are left out.
@@ -94,14 +94,14 @@ class VoxelPair {
   PairAnswer contacts(std::vector<Contact>& out);
 
  private:
-  /// Whether a cell, or one of a node, may be within; the other's own hierarchy is asked where its box says little.
+  /// True if a cell, or one below a node, may be within; by the other shape's hierarchy if its box leaves it open.
   bool is_near(VoxelRef ref, double within) {
     meter_.spend();
     if (!(gap_(ref, within) <= within)) return false;
     if (other_.is_convex() || model_.is_cell(ref) || within == infinity) return true;
     const auto [mid, half] = model_.box(ref);
     const Shape box = Shape(Box{2 * (half + Vec3::Constant(gap_.slack()))}).rounded(voxels_.rounding());
-    // The yes/no first: a distance of what overlaps is a depth.
+    // The verdict first: the distance of overlapping shapes would be a depth.
     const bool touches = solve_pair(box, at(mid), other_, other_pose_, Request::collide, options_, nullptr).collide;
     if (touches || within == 0) return touches;
     NarrowPhaseOptions options = for_triangles(options_);
@@ -132,7 +132,7 @@ class VoxelPair {
   std::vector<Shape> own_boxes_, other_boxes_;
   const std::vector<Shape>& rounded_boxes_;  // by level, of voxels with rounding
   std::vector<Contact> of_cell_;
-  std::vector<Vec3> covered_normals_;  // normals of contacts of covered places
+  std::vector<Vec3> covered_normals_;  // normals of contacts at covered points
 };
 
 PairAnswer VoxelPair::solve_cell(VoxelRef cell, Request request, const NarrowPhaseOptions& options,
@@ -202,7 +202,7 @@ CellsFound VoxelPair::nearest(double cutoff) {
   return found;
 }
 
-/// Does another cell lie on the contact's place on this one, on the side to which it pushes?
+/// True if another cell covers the contact's point on this one, on the side to which it pushes.
 bool VoxelPair::is_covered(VoxelRef cell, const Contact& contact) const {
   const Vec3 on_surface = contact.point + (contact.depth / 2 - voxels_.rounding()) * contact.normal;
   const Vec3 local = pose_.rotation.transpose() * (on_surface - pose_.translation);
@@ -218,7 +218,7 @@ bool VoxelPair::is_covered(VoxelRef cell, const Contact& contact) const {
                below = normal[axis] < -tolerance::on_cell && place < lo[k] + tolerance::on_cell;
     beyond[k] = above ? hi[k] : below ? lo[k] - 1 : inside[k];
   }
-  // On an edge or in a corner the cell beyond any of its faces covers it.
+  // A point on an edge or in a corner is covered by the cell beyond any of its faces.
   for (unsigned axes = 1; axes < 8; ++axes) {
     std::array<std::int64_t, 3> at = inside;
     for (std::size_t k = 0; k < 3; ++k)
@@ -256,7 +256,7 @@ bool VoxelPair::separates(const Vec3& translation) const {
   return !VoxelPair(voxels_, pose_, other_, moved, options_).collide();
 }
 
-/// A plane comes out on one side of all cells or the other.
+/// A plane leaves all cells on one side or the other.
 PairAnswer VoxelPair::depth_of_plane(double certain) const {
   PairAnswer best;
   best.signed_distance = -infinity;
@@ -298,7 +298,7 @@ PairAnswer VoxelPair::depth(const CellsFound& found) const {
   answer.collide = true;
   answer.signed_distance = -shortest;
   answer.normal = along;
-  // Where they are last to separate: on the voxels there, and the same point of the other where it is now.
+  // The point of the last touch on the voxels, and the same point of the other shape at its present pose.
   const Pose out{other_pose_.rotation, other_pose_.translation + shortest * along};
   answer.point_a = VoxelPair(voxels_, pose_, other_, out, options).nearest(infinity).nearest.point_a;
   answer.point_b = answer.point_a - shortest * along;
@@ -310,15 +310,16 @@ PairAnswer VoxelPair::depth(const CellsFound& found) const {
   return answer;
 }
 
-/// Whether cells push aside, where others cover them, what this normal separates: they have no part in its patch.
+/// True if covered contacts push at a large angle to this normal: such cells have no part in its patch.
 bool VoxelPair::has_covered_contact_across(const Vec3& normal) const {
   constexpr double aslant = 0.7;  // cosine
   return other_.is_bounded() && std::any_of(covered_normals_.begin(), covered_normals_.end(),
                                             [&](const Vec3& pushed) { return pushed.dot(normal) < aslant; });
 }
 
-/// Replaces the patch along what separates by the points where the other, moved out along it, meets the cells: of a
-/// capsule that sinks into a floor beside an edge between two rows of cells, each would push it into the other row.
+/// Replaces the patch along the separating normal by the points at which the other shape, moved out along it, touches
+/// the cells: if a capsule sinks into a floor beside an edge between two rows of cells, each row would push it into the
+/// other one.
 void VoxelPair::replace_patch(const PairAnswer& whole, std::vector<Contact>& out, std::size_t first) {
   std::vector<Contact> patch;
   if (other_.is_bounded()) {
@@ -328,7 +329,7 @@ void VoxelPair::replace_patch(const PairAnswer& whole, std::vector<Contact>& out
     const Pose moved{other_pose_.rotation, other_pose_.translation + depth * whole.normal};
     VoxelPair(voxels_, pose_, other_, moved, options).each_contact([&](VoxelRef cell, std::span<const Contact> list) {
       for (std::size_t k = 0; k < list.size(); ++k) {
-        // From the point on the other, moved back, to the one on the cell.
+        // From the point on the other shape, moved back, to the one on the cell.
         const Vec3 through = list[k].depth * list[k].normal + depth * whole.normal;
         const double inside = std::copysign(through.norm(), through.dot(whole.normal));
         const Vec3 normal = inside != 0 ? Vec3(through / inside) : whole.normal;
@@ -387,13 +388,13 @@ PairAnswer VoxelPair::contacts(std::vector<Contact>& out) {
   }
   const double length = -answer.signed_distance,
                off = std::max(length - found.certain, is_free ? 0.0 : -whole.signed_distance - length);
-  // A contact as deep as what separates need not separate itself.
+  // A contact as deep as the separating translation need not separate by itself.
   const bool deepest_separates = has_deepest ? is_free : answer.normal.dot(whole.normal) > 1 - tolerance::alike_cosines;
   if (off > slack() || !deepest_separates) answer.status = Status::inexact, answer.error_bound = std::max(off, slack());
   return answer;
 }
 
-/// Voxels go first, of two those with more cells.
+/// Voxels come first, of two sets of voxels the one with more cells.
 bool goes_second(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
   if (b.kind() != ShapeKind::voxels) return false;
   if (a.kind() != ShapeKind::voxels) return true;
@@ -421,9 +422,9 @@ PairAnswer solve_voxels(const Shape& a, const Pose& pose_a, const Shape& b, cons
     swap_answer(answer, contacts, begin);
     return answer;
   }
-  // A solver that was named is one for voxels, or the verdict of a cell would be another's than its distance.
+  // A solver named by the user is one for voxels: otherwise a cell's verdict and distance would have different solvers.
   if (!options.solver.empty()) return solve_voxels(a, pose_a, b, pose_b, request, for_triangles(options), contacts);
-  // Seen from the voxels' translation: far out, places of cells would be rounded.
+  // Relative to the voxels' translation: far from the origin, positions of cells would be rounded.
   const Vec3& origin = pose_a.translation;
   VoxelPair pair(a, {pose_a.rotation, Vec3::Zero()}, b, {pose_b.rotation, pose_b.translation - origin}, options);
   PairAnswer answer;

@@ -1,5 +1,5 @@
-// Voxels and anything: the cells that come into question, each as the box that it is by the solver for a box and the
-// other shape, and what their answers say of the union.
+// Voxels and any other shape: the cells that may be near are solved as boxes, by the solver for a box and the other
+// shape, and their answers are combined to that of the union.
 #pragma once
 #include <vector>
 

@@ -309,7 +309,7 @@ class Inspector {
         return Corners{c[(k + 1) % 3], c[(k + 2) % 3], c[(k + 2) % 3]};
       };
       const Corners side_p = opposite(p, shared[0][0]), side_q = opposite(q, shared[0][1]);
-      // Of many about one vertex nearly all are told apart by their boxes.
+      // Most pairs of triangles about one vertex are separated by their boxes.
       return (!boxes_apart(side_p, q) && meet(side_p, q)) || (!boxes_apart(p, side_q) && meet(p, side_q));
     }
     const Vec3 u = p[shared[0][0]], v = p[shared[1][0]], a = p[3 - shared[0][0] - shared[1][0]],

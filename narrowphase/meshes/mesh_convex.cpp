@@ -170,7 +170,7 @@ class MeshConvex {
     return mesh.pose.rotation.transpose() * hull.normal;
   }
 
-  // Where the convex shape separates last, the surface's normal is a better direction.
+  // At the point where the convex shape separates last, the surface's normal is a better direction.
   template <class Along>
   void along_surface(SeparationSearch& search, const Along& along) const {
     constexpr int most_turns = 6;

@@ -19,7 +19,7 @@
 namespace tandem {
 namespace {
 
-constexpr std::uint32_t of_no_feature = 0xffffffffu;  // of a contact that stands for the overlap as a whole
+constexpr std::uint32_t of_no_feature = 0xffffffffu;  // a contact that represents the overlap as a whole
 
 // The bound by the deepest of the pairs of triangles: no shorter translation separates even these.
 Separation bound_by_triangles(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
@@ -122,14 +122,15 @@ double certain_depth(const Posed& a, const Posed& b, std::span<const TrianglePai
   return certain;
 }
 
-// True if one direction pushes all contacts. Several, as of a floor and a wall, separate only together.
+// True if one direction pushes all contacts. Several directions, such as those of a floor and a wall, separate only
+// together.
 bool has_one_normal(std::span<const Contact> contacts) {
   return std::all_of(contacts.begin(), contacts.end(),
                      [&](const Contact& c) { return c.normal.dot(contacts.front().normal) > one_patch; });
 }
 
-// Of two that only touch where a translation parts them that is no longer than rounding, `slack`, or hardly: its length
-// is the depth. No translation shorter than `certain` does.
+// The answer for two meshes that only touch, if a translation of about the rounding error `slack` separates them: its
+// length is the depth. No translation shorter than `certain` separates.
 bool only_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack, double certain,
                 const NarrowPhaseOptions& options, PairAnswer& answer) {
   if (pairs.empty()) return false;
@@ -183,8 +184,8 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
   return with_points(search.answer(), known.point);
 }
 
-// Where two only touch, along several faces at once, what lies between their patches says nothing: contacts deeper than
-// the touch leave, and one stands for these unless the deepest of the others separates.
+// If two meshes only touch, along several faces at once, the patches do not bound an overlap: contacts deeper than the
+// touch are removed, and one replaces them unless the deepest of the others separates.
 bool take_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack,
                 const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts,
                 PairAnswer& answer) {

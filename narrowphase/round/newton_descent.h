@@ -72,7 +72,7 @@ class NewtonDescent {
                              // followed, then the circle that stops them
   int kicks_ = 0;
   double last_ = infinity;  // |z| of the step before, where
-                            // h no longer tells
+                            // h is within rounding
 };
 
 }  // namespace tandem

@@ -11,10 +11,11 @@ namespace tandem {
 /// Bit i: face i may be the highest, by single precision; faces without a bit are not.
 using FaceBits = std::array<std::uint64_t, FaceTable::most_faces / 64>;
 
-/// Of the products normal . d; d: unit.
+/// The faces with the highest normal . d; d: unit.
 FaceBits faces_along(const FaceTable& faces, const Vec3& d);
 
-/// Of the signed distances normal . p - offset, of a hull with a face table. p: in the hull's frame, metres.
+/// The faces with the greatest signed distance normal . p - offset, for a hull with a face table. p: in the hull's
+/// frame, metres.
 FaceBits faces_over(const Hull& hull, const Vec3& p);
 
 /// Calls use(i) for each face with a bit, from the least i on.

@@ -114,8 +114,8 @@ struct QhullFree {
 constexpr int facets_a_check = 32;
 
 // The stream that Qhull requires for errors and reports; it prints nothing. With a limit, Qhull reports every few
-// facets (option TF), and its output is the occasion to check: past the limit it is told to stop after the points added
-// so far (option TA), which it checks before each.
+// facets (option TF), and its output is the occasion to check: past the limit option TA, which Qhull reads before each
+// point, is set to the number of points added.
 class Log {
  public:
   Log(qhT* qh, const WorkLimit* limit) : qh_(qh), limit_(limit) {

@@ -26,7 +26,7 @@ inline constexpr std::size_t most_mesh_levels = 64;  ///< of a hierarchy: MeshMo
 class alignas(32) MeshNode {
  public:
   float box_mid[3], box_half[3];  ///< box of its whole content
-  /// Of a bottom node, its triangles, in the lanes' order; of others the boxes and slabs.
+  /// A bottom node's triangles, in the order of its lanes; another node's boxes and slabs.
   std::uint32_t block;
 
   /// `lanes`: number in use, 1..8. A bottom node's triangles are order[first, first + lanes); for others `first` is 0.

@@ -17,7 +17,7 @@ namespace {
 
 using Lanes = FourFloats;
 
-// A subtree whose boxes have grown by this factor costs a query about as much more; building it anew costs some thirty
+// A subtree whose boxes have grown by this factor costs a query about as much more; rebuilding it costs some thirty
 // refits.
 constexpr double worn_from = 1.5;
 // Subtrees distributed over threads: enough of them for any number of cores, none so small that its boxes hardly
@@ -332,7 +332,7 @@ MeshRefit::Report MeshRefit::rebuild_worn(MeshModel& mesh, const PartRunner& par
   return report;
 }
 
-// Builds worn subtrees anew, and assembles the hierarchy from these, the remaining ones, and the nodes above all.
+// Rebuilds subtrees with enlarged boxes, and assembles the hierarchy from these, the others, and the nodes above all.
 void MeshRefit::rebuild(MeshModel& mesh, const std::vector<std::uint8_t>& worn, const PartRunner& parts) {
   std::vector<HierarchyTree> fresh(subtrees_.size());
   const BuildOptions no_limit;

@@ -24,7 +24,7 @@ class MeshRefit {
   bool surely_outward() const;
 
   struct Report {
-    std::size_t rebuilt = 0;  ///< triangles of subtrees that were built anew
+    std::size_t rebuilt = 0;  ///< triangles of subtrees that were rebuilt
     double worn = 1;          ///< the largest growth of the area of boxes of a subtree, or of those above all
   };
   /// After a refit, when the mesh has its vertices: rebuilds subtrees whose boxes above the leaves have grown by more

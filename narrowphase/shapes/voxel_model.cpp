@@ -18,8 +18,8 @@ namespace {
 constexpr std::int32_t grid_half = 1 << 20;
 constexpr int most_level = 20;
 
-/// A cell as one number: the bits of its corner's places in turn (Morton, A computer oriented geodetic data base,
-/// 1966), x lowest. The cells within a cell of level l are the 8^l numbers from its own on.
+/// A cell as one number: the interleaved bits of its corner's coordinates (Morton, A computer oriented geodetic data
+/// base, 1966), x lowest. The cells within a cell of level l are the 8^l numbers from its own on.
 using MortonKey = std::uint64_t;
 
 MortonKey spread(std::uint64_t bits) {
@@ -55,7 +55,7 @@ struct KeyedCell {
   std::uint8_t level;
 
   MortonKey end() const { return key + (MortonKey{1} << 3 * level); }
-  /// Of two from one corner the larger, which holds the other, comes first.
+  /// The order of cells: by corner; of two with the same corner the larger one, which contains the other, first.
   bool operator<(const KeyedCell& other) const { return key != other.key ? key < other.key : level > other.level; }
 };
 
@@ -108,7 +108,7 @@ std::vector<KeyedCell> sorted_keys(const std::vector<VoxelCell>& cells) {
   return keys;
 }
 
-/// Without those within others, and eight that fill a larger one as that.
+/// Removes cells inside others, and merges eight that fill a larger one.
 std::vector<KeyedCell> whole_octants(const std::vector<KeyedCell>& sorted) {
   std::vector<KeyedCell> whole;
   whole.reserve(sorted.size());
@@ -131,7 +131,7 @@ std::vector<KeyedCell> whole_octants(const std::vector<KeyedCell>& sorted) {
   return whole;
 }
 
-/// Boxes of nodes are shapes, too, a little wider by what places are rounded.
+/// Boxes of nodes as shapes, enlarged by the rounding of positions.
 void require_reach(const VoxelModel& model) {
   constexpr double widest = tolerance::longest_length / 2;
   const auto [middle, half] = model.box(model.root());
@@ -141,7 +141,7 @@ void require_reach(const VoxelModel& model) {
     refuse_voxels("the width of all cells", written(width), "at most " + written(widest));
 }
 
-/// The nodes above `count` places from `first` on; those places' boxes are known.
+/// Adds the nodes above `count` references from `first` on, whose boxes are known.
 void add_level(VoxelModel& model, VoxelRef first, std::size_t count) {
   for (std::size_t i = 0; i < count; i += VoxelModel::fan) {
     const std::size_t children = std::min(VoxelModel::fan, count - i);
@@ -225,7 +225,7 @@ double farthest_along(const VoxelModel& voxels, const Vec3& direction, const Wor
 }
 
 MassProperties voxel_mass(const VoxelModel& voxels) {
-  // In cells, about the middle of all: sums of whole numbers and halves of them.
+  // In units of cells, about the middle of all: sums of integers and halves, which are exact.
   const auto [middle, half] = voxels.box(voxels.root());
   double volume = 0;
   Vec3 first = Vec3::Zero();

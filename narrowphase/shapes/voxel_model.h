@@ -10,11 +10,11 @@
 
 namespace tandem {
 
-/// A place in the hierarchy: a cell by its number, or a node by the number of cells and its own.
+/// A reference into the hierarchy: a cell by its index, or a node by the number of cells plus its index.
 using VoxelRef = std::uint32_t;
 
-/// The cells in Morton's order, in which those that lie together follow each other: eight in a row are a node's
-/// children, eight nodes in a row those of one above. Coordinates are whole numbers of cells, so that boxes are exact.
+/// The cells in Morton order, in which neighbours follow each other: eight in a row are the children of a node, eight
+/// nodes in a row those of a node above. Coordinates are whole numbers of cells, so that boxes are exact.
 struct detail::VoxelModel {
   struct Node {
     std::array<std::int32_t, 3> lo, hi;  ///< the box around its children, in cells
@@ -26,24 +26,24 @@ struct detail::VoxelModel {
   double cell_size;
   std::vector<VoxelCell> cells;
   std::vector<Node> nodes;   ///< from the lowest level to the root, which is last
-  std::vector<Shape> boxes;  ///< of a cell of each level, up to the largest there is
+  std::vector<Shape> boxes;  ///< the box of a cell of each level, up to the largest one
 
   bool is_cell(VoxelRef ref) const { return ref < cells.size(); }
   VoxelRef root() const { return static_cast<VoxelRef>(cells.size() + nodes.size() - 1); }
   const Node& node(VoxelRef ref) const { return nodes[ref - cells.size()]; }
   const Shape& box_of(VoxelRef cell) const { return boxes[cells[cell].level]; }
 
-  /// Lowest and highest corner, in cells.
+  /// Lowest and highest corner, in units of a smallest cell.
   std::pair<std::array<std::int32_t, 3>, std::array<std::int32_t, 3>> span_of(VoxelRef ref) const;
-  /// Middle and half sizes, in the shape's frame.
+  /// Middle and half sizes in the shape's frame, metres.
   std::pair<Vec3, Vec3> box(VoxelRef ref) const;
   Vec3 centre(VoxelRef cell) const { return box(cell).first; }
 
-  /// Is the cell (i, j, k) of the smallest size in one that is there?
+  /// True if the smallest cell (i, j, k) is inside one of the cells.
   bool has(const std::array<std::int64_t, 3>& place) const;
 
-  /// Visits in their order the cells for which `enter(ref)` holds, as it does for all nodes above them. Ends where
-  /// visit(cell) is false, which it then returns.
+  /// Visits, in order, the cells for which `enter(ref)` is true, as for all nodes above them. Ends when visit(cell)
+  /// returns false, and then returns that.
   template <class Enter, class Visit>
   bool each_cell(Enter&& enter, Visit&& visit) const {
     std::array<VoxelRef, most_waiting> waiting;

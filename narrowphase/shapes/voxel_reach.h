@@ -1,4 +1,4 @@
-// How far voxels reach: branch and bound over their hierarchy.
+// The support of voxels along a direction: branch and bound over their hierarchy.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -42,7 +42,7 @@ double greatest_of_cells(const Model& voxels, Bound&& bound, WorkMeter& meter) {
   return most;
 }
 
-/// How far the cells reach along a direction (shape's frame).
+/// The greatest height of the cells along a direction (shape's frame).
 double farthest_along(const detail::VoxelModel& voxels, const Vec3& direction, const WorkLimit* limit);
 
 }  // namespace tandem

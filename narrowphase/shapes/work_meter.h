@@ -5,8 +5,8 @@
 namespace tandem {
 
 /// The work meter of one thread. Checks the limit at the first work of all, so that searches of many short queries end,
-/// too, and then every `between` units: a unit is about 100 ns, the time of a node of a hierarchy. A check takes some
-/// 50 ns, and the work counted as a unit may take several times that.
+/// too, and then every `between` units with a deadline, four times that without. A unit is about 100 ns, the time of a
+/// node of a hierarchy, but may take several times that; a check takes some 50 ns.
 class WorkMeter {
  public:
   /// Null: no limit. `unchecked`: units before the first check, for work that is usually done within few.

@@ -24,7 +24,7 @@ class TriangleTest {
   const Vec3& shift() const { return shift_; }
   double delta() const { return delta_; }
 
-  /// Where coordinates of both triangles differ by at most `span`, the error of a determinant of three differences of
+  /// If coordinates of both triangles differ by at most `span`, the error of a determinant of three differences of
   /// positions is below span² (of_places() + tolerance::determinant_rounding span): every difference has an error of 2
   /// delta plus its rounding, the determinant of less than 6 span² (6 delta + 10 u span), u = 2^-53.
   double of_places() const { return 48 * delta_; }

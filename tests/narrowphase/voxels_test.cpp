@@ -59,7 +59,7 @@ double brute_distance(const std::vector<CellBox>& cells, const Shape& other, con
     least = std::min(least, n.solve(cell.box, cell.pose, other, pose, Request::distance).signed_distance);
   return least;
 }
-/// How deep the deepest is at least.
+/// A lower bound on the depth of the deepest cell.
 double brute_depth(const std::vector<CellBox>& cells, const Shape& other, const Pose& pose) {
   const NarrowPhase n;
   double most = 0;

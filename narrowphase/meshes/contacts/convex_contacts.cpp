@@ -1,3 +1,4 @@
+// Contacts of a mesh and a bounded convex shape, triangle by triangle.
 #include "meshes/contacts/convex_contacts.h"
 
 #include <algorithm>
@@ -18,9 +19,10 @@
 namespace tandem {
 namespace {
 
-constexpr int a_solve = 32;  // of a triangle with a convex shape: units of work, at most
+constexpr int a_solve = 32;  // units of work to solve a triangle with a convex shape, at most
 
-// Is a point in the triangle's plane beyond one of its sides by more than this? `n`: its normal, to either side.
+// True if a point in the triangle's plane is beyond one of its sides by more than `most`. `n`: its normal, to either
+// side.
 bool is_beyond_side(const Corners& p, const Vec3& n, const Vec3& point, double most) {
   const double turn = n.dot(area_vector(p)) > 0 ? 1 : -1;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -340,7 +342,7 @@ bool ConvexContacts::is_known_beside(const Corners& p, const Vec3& n, const Vec3
   return is_beside;
 }
 
-// Those along the triangle's normal, to the outer side; of a surface to that of the convex shape's centre.
+// The contacts along the triangle's normal, to the outer side; for a surface to that of the convex shape's centre.
 void ConvexContacts::append_along_plane(const Corners& p, const TrianglePlane& plane, const Vec3& normal, Seen& seen,
                                         std::vector<Contact>& found) const {
   const double side = plane.normal.dot(pair_.centre() - p[0]);
@@ -392,7 +394,7 @@ PairAnswer ConvexContacts::least_depth(const Corners& p) const {
   return pair_.solve(p, pair_.convex().kind == ShapeKind::sphere ? Request::contacts : Request::distance);
 }
 
-// Of the triangles for which no answer was asked those that may be deeper than all others.
+// Solves those of the remaining triangles that may be deeper than all others.
 void ConvexContacts::find_deepest(Seen& seen) const {
   std::pmr::vector<Unsolved>& left = seen.unsolved;
   WorkMeter meter(pair_.options().limit, a_solve);

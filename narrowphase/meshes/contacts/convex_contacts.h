@@ -18,30 +18,30 @@ class ConvexContacts {
   /// `margin`: gaps up to this are contacts; the pair's options hold it widened by rounding.
   ConvexContacts(const MeshConvexPair& pair, double margin) : pair_(pair), margin_(margin) {}
 
-  /// Those of all triangles, in the pair's coordinates; `near` is the answer of the nearest triangle within the margin,
-  /// if that is nearer than what it was.
-  /// `scratch`: what it holds stays as it is.
+  /// Finds the contacts of all triangles, in the pair's coordinates; sets `near` to the answer of the nearest triangle
+  /// within the margin, if that is nearer than before.
+  /// `scratch`: contents at the start are preserved.
   void find(PairAnswer& near, PatchCollector& all, std::vector<Contact>& scratch) const;
 
-  /// Appends what is kept of their patches, without what is deeper than `limit`.
+  /// Appends the reduced patches, without contacts deeper than `limit`.
   void append_patches(PatchCollector& all, double limit, std::vector<Contact>& out) const;
 
  private:
-  /// How far apart a triangle and the convex shape are known to be, and along which normal; zero where that is its own.
+  /// The known separation of a triangle and the convex shape, and its normal; zero for the triangle's own.
   struct Apart {
     double gap;
     Vec3 normal = Vec3::Zero();
   };
 
-  /// A triangle that overlaps, for which no answer was asked: its depth is at most this.
+  /// An overlapping triangle that was not solved: its depth is at most this.
   struct Unsolved {
     std::uint32_t t;
     double depth;
-    /// The deepest is the greatest; of equals the one whose triangle comes first.
+    /// The deepest comes first in the heap; of equals the one with the smaller index.
     bool operator<(const Unsolved& other) const { return depth != other.depth ? depth < other.depth : t > other.t; }
   };
-  /// Of what mostly goes on as it was: after failures in a row it is tried less and less often, every seventh time at
-  /// least.
+  /// A test whose result mostly repeats: after failures in a row it is tried less and less often, but at least every
+  /// seventh time.
   class Turns {
    public:
     bool is_due() { return left_ == 0 || --left_ == 0; }
@@ -51,7 +51,7 @@ class ConvexContacts {
     int pass_ = 0, left_ = 0;
   };
 
-  /// What is known of the triangles so far: the answer of the nearest, and those of which it is not asked yet.
+  /// The state of the search: the answer of the nearest triangle, and the triangles that are not solved yet.
   struct Seen {
     Seen(PairAnswer& nearest, std::pmr::memory_resource* lent)
         : near(nearest), memory(usual.data(), usual.size(), lent) {
@@ -62,7 +62,7 @@ class ConvexContacts {
     alignas(std::max_align_t) std::array<std::byte, 4096> usual;
     std::pmr::monotonic_buffer_resource memory;
     std::pmr::vector<Unsolved> unsolved{
-        &memory};  ///< a heap: those that may be deeper than all that were asked before them
+        &memory};  ///< a heap: triangles that may be deeper than all that were solved before
     Turns beside;  ///< when lies_beside is worth asking
 
     void leave(std::uint32_t t, double depth) {

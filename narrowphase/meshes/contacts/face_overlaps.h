@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-/// Where flat faces of both meshes have sunk into each other uniformly, these faces push: adds the corners of each
+/// If flat faces of both meshes overlap evenly, these faces push: adds the corners of each
 /// overlap of two of them, along their normal. For faces whose edges have passed each other only those with the shorter
 /// translation count; in a corner of either mesh all do. `facets` are those of a patch, `area` the area vector of its
 /// curve, zero if unknown. False, adding nothing, if there are no such faces, or they are less than half of the patch.

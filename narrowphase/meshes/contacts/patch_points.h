@@ -37,7 +37,7 @@ struct PatchNormal {
 PatchNormal normal_of(const PosedMeshes& m, const Patch& patch, const Facets& facets,
                       std::span<const Crossing> crossings);
 
-/// Where a body has passed through a flat face beyond its edge, the curve goes around the edge, too: the area vector is
+/// If a body has passed through a flat face beyond its edge, the curve goes around the edge, too: the area vector is
 /// slightly off the face's normal, which is the shorter translation. Returns the face's normal, or n if no face is
 /// flat.
 Vec3 normal_of_face(const PosedMeshes& m, const PatchPoints& points, const Vec3& n);

@@ -155,8 +155,8 @@ OverlapCover::Proof OverlapCover::search_proof(Proof best, const Vec3& move, con
   return best;
 }
 
-// Where ascents end at lower maxima: examines first the cubes in which the sum of the depths, whose Lipschitz constant
-// is 2, may be largest (Piyavskii, An algorithm for finding the absolute extremum of a function, 1972).
+// If ascents end at lower maxima: examines first the cubes in which the sum of the depths, whose Lipschitz constant is
+// 2, may be largest (Piyavskii, An algorithm for finding the absolute extremum of a function, 1972).
 OverlapCover::Proof OverlapCover::prove_anywhere(const Vec3& move, const Cell& cell, const Proof& known) const {
   constexpr int most_points = 400;
   constexpr double better = 2;  // factor over the known value that is worth an ascent

@@ -1,5 +1,5 @@
-// Two meshes that only touch: a translation as short as rounding parts them, though no plane may lie between them, as
-// of solids that are hooked into each other face to face.
+// Two meshes that only touch: a translation of the length of a rounding error separates them, although no plane may lie
+// between them, as for interlocking solids that touch face to face.
 #pragma once
 #include <optional>
 #include <span>
@@ -10,10 +10,10 @@
 
 namespace tandem {
 
-/// A translation of B out of A, in metres, after which the meshes do not meet, nor after twice as much; none if none is
-/// found. Its length is at most four times `slack`, or 128 epsilon of B's translation where that is more, as shorter
-/// ones would be rounded; it is the one by which B's pose really changes. None is looked for where one of the triangles
-/// `pairs` that meet (not empty; of many, some are tested) is deeper in another than a quarter of that.
+/// A translation of B out of A, in metres, after which the meshes do not intersect, nor after twice as much; empty if
+/// none is found. Its length is at most four times `slack`, or 128 epsilon of B's translation if that is more, as
+/// shorter ones would be rounded; it is the real change of B's pose. There is no search if one of the intersecting
+/// triangles `pairs` (not empty; of many, some are tested) is deeper in another than a quarter of that.
 std::optional<Vec3> parting_translation(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                                         double slack, const NarrowPhaseOptions& options);
 

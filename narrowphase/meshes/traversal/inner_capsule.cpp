@@ -1,3 +1,4 @@
+// Computes a capsule inside a solid mesh, and its intersection with other shapes.
 #include "meshes/traversal/inner_capsule.h"
 
 #include <algorithm>
@@ -15,7 +16,7 @@
 namespace tandem {
 namespace {
 
-// Of a tube each is as near to the axis as any other, and each is solved.
+// In a tube all triangles are equally near to the axis, so each of them is solved.
 constexpr std::size_t most_triangles = 8192;
 
 /// The radius of the largest ball about each point of the segment from -half to half about the box's middle that keeps
@@ -37,7 +38,7 @@ InnerCapsule find_inner_capsule(const Shape& mesh, const WorkLimit* limit) {
   if (!model.solid || model.triangles.size() > most_triangles || !is_inside(model, model.centre, limit)) return best;
   Eigen::Index axis;
   const double longest = model.half.maxCoeff(&axis);
-  // The thin shapes below must be of sizes that shapes may have.
+  // The thin shapes below must have allowed sizes.
   if (!(tolerance::askew_in_floats * mesh.size() >= tolerance::shortest_length) ||
       !(2 * longest <= tolerance::longest_length))
     return best;
@@ -51,7 +52,7 @@ InnerCapsule find_inner_capsule(const Shape& mesh, const WorkLimit* limit) {
   return best;
 }
 
-/// The radius, less the error of rotations that are not quite orthonormal and of places.
+/// The radius, less the errors of rotations that are not quite orthonormal and of positions.
 double certain(double radius, const InnerCapsule& inner, const Vec3& own, const Posed& mesh, const Posed& other) {
   return radius -
          tolerance::askew_in_floats * (mesh.shape.size() + other.shape.size() + inner.centre.norm() + own.norm());

@@ -1,3 +1,4 @@
+// The triangles of a mesh near a box, by the mesh's hierarchy.
 #pragma once
 #include <Eigen/Core>
 #include <algorithm>
@@ -13,17 +14,17 @@
 
 namespace tandem {
 
-/// A box along a mesh's axes and one along its own, in the mesh's units about its centre; both hold the same thing.
+/// A box along a mesh's axes and one along its own, in the mesh's units about its centre; both hold the same object.
 struct QueryBox {
   float mid[3], half[3], own_mid[3], own_half[3], axes[3][3];
   float corner_pad;  // MeshModel::corner_pad
 };
 
-/// Gaps to the boxes of a node, a lane each: the largest along an axis, or `squared` the distance along the three axes
-/// of one or the other.
+/// Gaps to the boxes of a node, one per lane: the largest along an axis, or if `squared` the distance along the three
+/// axes of either box.
 struct alignas(32) NodeGaps {
   float lane[mesh_lanes];
-  std::uint32_t within;  ///< a bit for each of its lanes in use that is no farther than asked for
+  std::uint32_t within;  ///< a bit for each used lane whose gap is within the given one
 };
 void find_gaps(const QueryBox& box, const MeshModel& mesh, const MeshNode& node, bool squared, float reach,
                NodeGaps& gaps);
@@ -33,8 +34,8 @@ void find_gaps(const QueryBox& box, const MeshModel& mesh, const MeshNode& node,
 class BoxQuery {
  public:
   /// In the mesh's frame: `aligned` is a box along the mesh's axes, `mid`, `half` and the columns of `axes` (unit) one
-  /// along its own; both hold the same thing.
-  /// `ball`: every point of the thing stands for a ball of this radius about it. `a_visit`: units of work that a visit
+  /// along its own; both hold the same object.
+  /// `ball`: the object is rounded by this radius. `a_visit`: units of work that a visit
   /// of a triangle counts as.
   BoxQuery(const MeshModel& mesh, const Bounds& aligned, const Vec3& mid, const Vec3& half, const Mat3& axes,
            double ball = 0, const WorkLimit* limit = nullptr, int a_visit = 16)
@@ -60,7 +61,7 @@ class BoxQuery {
   /// each, in an order that depends on the arguments only, until it returns true.
   template <class Visit>
   void each_bottom(double margin, Visit&& visit) const {
-    // Of boxes with corners the gap along an axis; of round ones the distance.
+    // Without rounding the gap along an axis decides; with rounding the distance.
     const float reach = ball_ > 0 ? squared(margin) : static_cast<float>(std::min(margin / mesh_.unit * 1.00001, 1e30));
     WorkMeter meter(limit_);
     std::array<std::uint32_t, stack_size> stack;

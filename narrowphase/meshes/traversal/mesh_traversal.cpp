@@ -156,7 +156,7 @@ class TriangleScreen {
     return hn::Sub(hn::Mul(u[j], v[k]), hn::Mul(u[k], v[j]));
   }
 
-  // Which of the first `count` of a vector of pairs with overlapping boxes the triangles' planes do not separate.
+  // Of the first `count` pairs of a vector, whose boxes overlap, the bits of those that no triangle's plane separates.
   std::uint32_t not_apart(const TriangleBlock& block, const MappedTriangles& b, const std::uint8_t* pairs,
                           std::size_t count) {
     const hn::RebindToSigned<Tag> places;
@@ -209,7 +209,7 @@ Floats spread(const float* row, Floats u, Floats v, Floats w) {
   return dot(hn::Set(tag, std::abs(row[0])), hn::Set(tag, std::abs(row[1])), hn::Set(tag, std::abs(row[2])), u, v, w);
 }
 
-// With `gaps` it keeps lower bounds on the distances of what it leaves out.
+// With `gaps` it keeps lower bounds on the distances of the pairs that it leaves out.
 template <bool gaps>
 class Traversal {
  public:

@@ -1,3 +1,4 @@
+// Screening of the triangles of a bottom node against a convex shape, in SIMD lanes.
 #include "meshes/traversal/triangle_screen.h"
 
 #include <algorithm>
@@ -39,14 +40,15 @@ struct Points {
   V at[4][3];
 };
 
-// How far the lowest of the corners along m.
+// The height of the lowest corner along m.
 HWY_INLINE V lowest(const Points& p, const V* m) {
   return least(dot(m, p.at[0]), least(dot(m, p.at[1]), dot(m, p.at[2])));
 }
 HWY_INLINE V least_of(const Points& p, int k) { return least(p.at[0][k], least(p.at[1][k], p.at[2][k])); }
 HWY_INLINE V most_of(const Points& p, int k) { return hn::Max(p.at[0][k], hn::Max(p.at[1][k], p.at[2][k])); }
 
-// Of a slab of this half width across an axis: the shorter way out of it, and the way along d from a point inside.
+// A slab of this half width across an axis: the shorter translation of a triangle out of it, and the length along d
+// from a point inside to its boundary.
 HWY_INLINE V out_of_slab(const Points& p, int k, double half) {
   return hn::Add(number(half), least(hn::Neg(least_of(p, k)), most_of(p, k)));
 }
@@ -54,7 +56,7 @@ HWY_INLINE V exit_of_slab(V q, V d, double half) {
   const V ahead = hn::Sub(number(half), hn::Mul(hn::CopySign(number(1), d), q));
   return hn::IfThenElse(hn::Eq(d, hn::Zero(D())), infinite(), hn::Div(ahead, hn::Abs(d)));
 }
-// The larger root of a s^2 + 2 b s + c = 0, c <= 0; none where a is not positive.
+// The larger root of a s^2 + 2 b s + c = 0, c <= 0; infinite if a is not positive.
 HWY_INLINE V last_root(V a, V b, V c) {
   const V at = root(hn::Sub(hn::Mul(b, b), hn::Mul(a, c)));
   const V ahead = hn::Div(hn::Neg(c), hn::Add(b, at)), behind = hn::Div(hn::Sub(at, b), a);
@@ -66,13 +68,13 @@ HWY_INLINE V exit_of_disc(const V* q, const V* d, double radius) {
   return last_root(square_across(d), across(q, d), least(c, hn::Zero(D())));
 }
 HWY_INLINE M tells_a_point(V rho) { return hn::Gt(rho, number(ScreeningShape::least_lean)); }
-// `value`, which was divided by the length; where that is 0, no bound.
+// `value`, which was divided by the length; infinite, no bound, if the length is 0.
 HWY_INLINE V where_long(V length, V value) { return hn::IfThenElse(hn::Gt(length, hn::Zero(D())), value, infinite()); }
 
-// Each kind of shape has four functions. `inside`: is a point inside for sure? `exit`: the length from a point inside
-// to the surface along d (unit). `depth`: the length of a translation that takes a triangle out, if not the shortest
-// one. `reach`: the least of out . x over all points x that the shape shows along d (unit): those of the face whose
-// normal is nearest to d, and the point farthest along d. Of normals that are as near to within `tie`, all faces count.
+// Each kind of shape has four functions. `inside`: true if a point is certainly inside. `exit`: the length from a point
+// inside to the surface along d (unit). `depth`: the length of a translation that moves a triangle out, not necessarily
+// the shortest one. `reach`: the least of out . x over the points x of the shape's side along d (unit): the face whose
+// normal is nearest to d, and the point farthest along d. All faces whose normals are as near to within `tie` count.
 
 struct BoxLanes {
   const ScreeningShape& shape;
@@ -106,7 +108,7 @@ struct BoxLanes {
   }
 };
 
-// Spheres and capsules: a segment along z with a ball about each point.
+// Spheres and capsules: a segment along z, rounded by a radius.
 struct CapsuleLanes {
   const ScreeningShape& shape;
   double radius, half;
@@ -148,7 +150,7 @@ struct CapsuleLanes {
   HWY_INLINE V reach(const V* d, const V* out, V) const {
     const V end = hn::Mul(number(radius), dot(d, out));
     if (!(half > 0)) return end;
-    // Of a side that is nearly met head on all of the circle.
+    // If d is nearly along the axis, the whole circle of the side counts.
     const V rho = hn::Sqrt(square_across(d)), width = hn::Sqrt(square_across(out));
     const V side = hn::IfThenElse(tells_a_point(rho), hn::Div(across(d, out), rho), hn::Neg(width));
     return hn::Sub(least(end, hn::Mul(number(radius), side)), hn::Mul(number(half), hn::Abs(out[2])));
@@ -202,7 +204,7 @@ struct ConeLanes {
     const V b = hn::Sub(across(q, d), hn::Mul(slope2, hn::Mul(down, fall)));
     const V c = least(zero, hn::Sub(square_across(q), hn::Mul(slope2, hn::Mul(down, down))));
     const V base = hn::IfThenElse(hn::Gt(fall, zero), hn::Div(hn::Add(number(shape.param[1]), q[2]), fall), infinite());
-    // Steeper than the side both roots lie to one side: up the first of them is where it leaves.
+    // A direction steeper than the side has both roots on one side: upwards it leaves at the first one.
     const V to_first = hn::Add(b, root(hn::Sub(hn::Mul(b, b), hn::Mul(a, c))));
     const V up = hn::IfThenElse(hn::Gt(to_first, zero), hn::Div(hn::Neg(c), to_first), zero);
     const V steep = hn::IfThenElse(hn::Lt(fall, zero), up, infinite());
@@ -274,8 +276,8 @@ HWY_INLINE V along(const Vec3& p, const V* u) {
 
 struct HullLanes {
   const ScreeningShape& shape;
-  std::uint32_t& outside_of;  // the face of which all were outside last: likely enough to try it first
-  // Of all three sides at once: faces are gone through twice.
+  std::uint32_t& outside_of;  // the face outside of which all were last time: tested first
+  // For all three sides of the triangle at once, so that the faces are traversed twice only.
   HWY_INLINE void reach(const V* d, const V (&out)[3][3], V tie, V* far) const {
     const Hull& hull = *shape.hull;
     V looks = number(-infinity), farthest = number(-infinity);
@@ -307,8 +309,8 @@ HWY_INLINE void reach_of_sides(const HullLanes& body, const V* d, const V (&out)
   body.reach(d, out, tie, far);
 }
 
-// The triangles' normals (unit, outward as they are wound), and by how much cosines of angles to them may be off. Both
-// ends of a side are off by up to `corner_off`, so the side by twice that, and the cross product of two sides by up to
+// The triangles' normals (unit, outward by winding), and a bound on the error of cosines of angles to them. Both ends
+// of a side have an error of up to `corner_off`, so the side of twice that, and the cross product of two sides of up to
 // four times that times the longest.
 struct Normals {
   V own[3], against[3], off;
@@ -329,7 +331,7 @@ struct Normals {
   }
 };
 
-// The chord and the depth. False, and nothing is set, where none of the points is inside, in any lane.
+// Computes chord and depth. Returns false, and sets nothing, if no point of any lane is inside.
 template <class Body>
 HWY_INLINE bool measure(const Body& body, const Points& p, bool both_ways, Normals& n, V& chord, V& depth) {
   M inside[4];
@@ -402,13 +404,13 @@ HWY_INLINE void load_points(const ScreeningShape& shape, const TriangleBlock& bl
     p.at[3][k] = hn::Mul(hn::Add(p.at[0][k], hn::Add(p.at[1][k], p.at[2][k])), number(1.0 / 3));
 }
 
-// Of prisms over the triangles along their normals: does all that the shape shows against the normal (`reach`) lie
-// beyond one of the three sides, by more than rounding may be off?
+// For the prisms over the triangles along their normals: true if the shape's side against the normal (`reach`) lies
+// beyond one of the prism's three sides, by more than the rounding error.
 template <class Body>
 HWY_INLINE M lies_beside(const Body& body, const Points& p, const V* n, V off) {
   const ScreeningShape& shape = body.shape;
   const V zero = hn::Zero(D());
-  // Of a surface the side of the shape's middle, where that is known.
+  // For a surface the side of the shape's middle counts, if that is known.
   V away[3];
   for (int k = 0; k < 3; ++k) away[k] = hn::Sub(number(shape.middle[k]), p.at[0][k]);
   const V height = dot(n, away);
@@ -514,13 +516,13 @@ TriangleScreen::TriangleScreen(const MeshModel& mesh, const ConvexView& convex, 
     shape_.to_own[k][3] = at[k];
     shape_.middle[k] = convex.hull != nullptr ? convex.hull->inside[k] : 0;
   }
-  // Each coordinate is off by the mesh's pad, so the corner by the root of 3 times that, less than twice.
+  // Each coordinate has an error of the mesh's pad, so the corner of the root of 3 times that, less than twice.
   shape_.corner_off = 2 * mesh.corner_pad() * mesh.unit;
-  // Twice what is allowed for where triangles are asked one by one (ConvexContacts::enough_for), and more corners than
-  // a depth, by the one that it starts from and the lowest, and a chord, by its start, are off by together.
+  // Twice the allowance of the tests of single triangles (ConvexContacts::enough_for), and more than the sum of the
+  // errors of a depth's first and lowest corner and of a chord's first point.
   shape_.pad = 2 * tolerance::flush * size + 4 * shape_.corner_off;
-  // Points of both are no farther apart than the sum of their diameters; a side's outward direction and the direction
-  // that tells what is shown are off at once.
+  // Points of both are no farther apart than the sum of their diameters; the error of the normal affects both a side's
+  // outward direction and the direction of `reach`.
   shape_.reach = 2 * size;
   if (is_long) shape_.reach += 2 * shape_.param[0] / ScreeningShape::least_lean;
   if (convex.kind == ShapeKind::ellipsoid) {

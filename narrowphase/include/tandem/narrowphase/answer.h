@@ -1,3 +1,4 @@
+// Requests for a pair, and answers: verdict, distance, contacts.
 #pragma once
 #include <cstdint>
 #include <string_view>
@@ -29,9 +30,10 @@ struct Contact {
   Vec3 point;        ///< midway between the two surfaces
   Vec3 normal;       ///< unit, from A to B: moving B by depth along it separates them here
   double depth = 0;  ///< >= 0 overlap; < 0 distance, within the margin asked for
-  /// The features that touch, by which contacts are sorted; with voxels / 64 the cell, of two sets of that with more
-  /// cells. The same in the next step while the same face clips the patch: for two equally aligned faces that may
-  /// change, while the positions stay. A caller that keeps data for a point should match it by its position, too.
+  /// The features that touch, by which contacts are sorted; with voxels, feature / 64 is the cell, of two sets of
+  /// voxels that of the one with more cells. The same in the next step while the same face clips the patch: for two
+  /// equally aligned faces that may change, while the positions stay. A caller that keeps data for a point should match
+  /// it by its position, too.
   std::uint32_t feature = 0;
 };
 
@@ -48,9 +50,9 @@ struct PairAnswer {
   /// separates something from a surface, or from a mesh that is not closed, may lead to either side of it.
   ///
   /// Request::contacts gives the depth of the deepest contact, which is no deeper than a translation that was tried and
-  /// separates; where several patches push along different normals, as of a floor and a wall, it may be less than
-  /// needed: error_bound (inexact) bounds the difference either way. For pairs farther apart than the margin it may be
-  /// the separation along any normal, and the points are not set; for two separated meshes a lower bound on the
+  /// separates; where several patches push along different normals, such as those of a floor and a wall, it may be less
+  /// than needed: error_bound (inexact) bounds the difference either way. For pairs farther apart than the margin it
+  /// may be the separation along any normal, and the points are not set; for two separated meshes a lower bound on the
   /// distance, 0 if none is known, and there may be no normal.
   ///
   /// With voxels the same holds as with a mesh: the depth of the deepest cell is the lower bound, and the translation

@@ -1,3 +1,4 @@
+// Rigid motions of a shape in unit time: screws, and straight motions with rotation.
 #pragma once
 #include <array>
 #include <cstdint>

@@ -1,3 +1,4 @@
+// Preparation of meshes for queries.
 #pragma once
 #include "tandem/narrowphase/shape.h"
 #include "tandem/narrowphase/work_limit.h"

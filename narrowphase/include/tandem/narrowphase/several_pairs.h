@@ -39,7 +39,7 @@ struct AnswerPlaces {
   std::uint32_t* pairs;  ///< the numbers of the pairs that were answered
 };
 
-/// How many of the first pairs are done, and how many of these have an answer.
+/// The number of leading pairs that are done, and the number of these that have an answer.
 struct SpheresSolved {
   std::size_t pairs = 0, answers = 0;
 };

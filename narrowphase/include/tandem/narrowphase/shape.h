@@ -1,3 +1,4 @@
+// Shapes: their kinds and parameters, and Shape, a checked shape that queries take.
 #pragma once
 #include <array>
 #include <cstddef>
