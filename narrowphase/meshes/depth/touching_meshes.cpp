@@ -1,3 +1,4 @@
+// The search for a translation of the length of a rounding error that separates two touching meshes.
 #include "meshes/depth/touching_meshes.h"
 
 #include <algorithm>

@@ -200,7 +200,7 @@ bool MeshConvexPair::collide(std::span<const Vec3> towards) const {
   return hit || inside();
 }
 
-// Of triangles that are known to be apart the nearest by their bounds are solved first, when all have been visited.
+// Triangles that are known to be separated are solved last, in the order of their bounds, the nearest first.
 PairAnswer MeshConvexPair::nearest(double cutoff) const {
   struct Apart {
     double gap;
