@@ -220,7 +220,6 @@ class SegmentPair {
 };
 
 void SegmentPair::find_nearest() {
-  bool sides = true;
   if (crossing_) {
     // Both parameters from cross products: exact to rounding even for nearly parallel segments.
     const Vec3 x = v_.cross(cross_), y = u_.cross(cross_);
@@ -230,15 +229,8 @@ void SegmentPair::find_nearest() {
     // For nearly parallel segments the rounding error of either parameter is long; it affects the gap only if the other
     // parameter does not match.
     if (interior_) t = best_t(s);
-    if (!interior_ && det_ > tolerance::crossing2 * uu_ * vv_) {
-      // A convex quadratic over a square: the best s overall, the best t for it, and, if that is an end, the best s for
-      // that (Ericson 2005, 5.1.9). For nearly parallel segments this could end on the wrong side.
-      t = best_t(std::clamp(s, -1.0, 1.0));
-      s = std::abs(t) < 1 ? std::clamp(s, -1.0, 1.0) : best_s(t);
-      sides = false;
-    }
   }
-  if (!interior_ && sides) try_sides();
+  if (!interior_) try_sides();
 }
 
 /// The minimum lies on the boundary of the parameter square: the best of its four sides.
@@ -271,9 +263,7 @@ Vec3 SegmentPair::gap() const {
 
 /// True if a distance is larger than the rounding error of a difference.
 bool SegmentPair::above_rounding(double distance) const {
-  if (distance * distance > tolerance::lost_of_three2 * (r_.squaredNorm() + uu_ + vv_))
-    return true;  // avoids three square roots
-  return distance > tolerance::lost * (r_.norm() + std::sqrt(uu_) + std::sqrt(vv_));
+  return distance * distance > tolerance::lost_of_three2 * (r_.squaredNorm() + uu_ + vv_);
 }
 
 /// The unit normal of both segments. For nearly parallel ones the cross product is short and inexact: it is made
