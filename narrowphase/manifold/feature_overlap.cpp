@@ -1,7 +1,7 @@
 // Overlaps of two features: faces clipped (Sutherland and Hodgman 1974), parallel edges.
 #include "manifold/feature_overlap.h"
 
-#include <optional>
+#include <algorithm>
 
 #include "tolerances.h"
 
@@ -61,47 +61,17 @@ std::uint32_t feature_number(const FlatFeature& reference, bool of_b, std::uint3
   return (of_b ? 1u << 31 : 0u) | ((reference.id & 0xfffffu) << 11) | (in << 5 & 0x7e0u) | (out & 0x1fu);
 }
 
-enum class View { beside, within, across };
-
-/// Where a triangle lies to a face, in a view along the triangle's normal: beside it, within its sides by more than
-/// `most`, or neither.
-View view_of(const FlatFeature& triangle, const FlatFeature& face, double most) {
-  View view = View::within;
+/// Do all corners of a triangle lie beyond one side of a face by more than `most`, in a view along its normal?
+bool lies_beside(const FlatFeature& triangle, const FlatFeature& face, double most) {
   for (int i = 0; i < face.count; ++i) {
     const Vec3 &from = face.corner[i], &to = face.corner[i + 1 < face.count ? i + 1 : 0];
     const Vec3 out = triangle.normal.cross(to - from);
-    double low = infinity, high = -infinity;
-    for (int k = 0; k < 3; ++k) {
-      const double beyond = out.dot(triangle.corner[k] - from);
-      low = std::min(low, beyond), high = std::max(high, beyond);
-    }
-    const double clear2 = most * most * out.squaredNorm();
-    if (low > 0 && low * low > clear2) return View::beside;
-    if (!(high < 0 && high * high > clear2)) view = View::across;
+    const double offset = out.dot(from);
+    const double beyond =
+        std::min({out.dot(triangle.corner[0]), out.dot(triangle.corner[1]), out.dot(triangle.corner[2])}) - offset;
+    if (beyond > 0 && beyond * beyond > most * most * out.squaredNorm()) return true;
   }
-  return view;
-}
-
-/// For a triangle within a face: whether clipping would begin with the triangle's second corner, as it does where all
-/// of the face's corners from the first on to where it leaves the first side lie beyond the second side, else with the
-/// third. Empty where rounding would decide, and for sharp corners.
-std::optional<bool> begins_with_second(const FlatFeature& triangle, const FlatFeature& face, double most) {
-  Vec3 side[3];
-  for (int i = 0; i < 3; ++i) side[i] = (triangle.corner[(i + 1) % 3] - triangle.corner[i]).cross(triangle.normal);
-  for (int i = 0; i < 3; ++i)
-    if (is_sharp(side[i], side[(i + 1) % 3])) return std::nullopt;
-  const double clear[2] = {most * side[0].norm(), most * side[1].norm()};
-  bool second = true;
-  for (int i = 0; i < face.count; ++i) {
-    double beyond[2];
-    for (int k = 0; k < 2; ++k) {
-      beyond[k] = side[k].dot(face.corner[i] - triangle.corner[k]);
-      if (std::abs(beyond[k]) <= clear[k]) return std::nullopt;
-    }
-    if (beyond[0] > 0) return second && i > 0;
-    second = second && beyond[1] > 0;
-  }
-  return second;
+  return false;
 }
 
 }  // namespace
@@ -156,24 +126,8 @@ int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const 
 int clip_over_triangle(const FlatFeature& triangle, const FlatFeature& incident, double margin, double deepest,
                        double slack, PatchPoint* points) {
   constexpr int ample = 16;  // clipping keeps what is beyond a corner of 11 degrees by this
-  const Vec3& n = triangle.normal;
-  const View view = incident.is_face() ? view_of(triangle, incident, ample * slack) : View::across;
-  if (view == View::beside) return 0;
-  std::optional<bool> second;
-  if (view == View::within) second = begins_with_second(triangle, incident, ample * slack);
-  if (!second) return clip_faces(triangle, incident, n, false, margin, deepest, slack, points);
-  const int order[2][3] = {{2, 1, 0}, {1, 0, 2}};
-  const double slant = incident.normal.dot(n);
-  int count = 0;
-  for (const int k : order[*second ? 1 : 0]) {
-    const Vec3& corner = triangle.corner[k];
-    const double depth = std::min(deepest, incident.normal.dot(corner - incident.corner[0]) / slant);
-    if (depth < -margin - slack) continue;
-    const auto side = [](int i) { return static_cast<std::uint32_t>(max_corners + i); };
-    points[count++] = {corner - 0.5 * depth * n, std::max(depth, -margin),
-                       feature_number(triangle, false, side(k), side((k + 2) % 3))};
-  }
-  return count;
+  if (incident.is_face() && lies_beside(triangle, incident, ample * slack)) return 0;
+  return clip_faces(triangle, incident, triangle.normal, false, margin, deepest, slack, points);
 }
 
 int overlap_edges(const FlatFeature& a, const FlatFeature& b, const LocalAnswer& answer, double margin, double size,

@@ -20,8 +20,7 @@ constexpr double lowest_point_lacks = 0.25;
 int clip_faces(const FlatFeature& reference, const FlatFeature& incident, const Vec3& outward, bool of_b, double margin,
                double deepest, double slack, PatchPoint* points);
 
-/// The same along a triangle's own normal. Where all of the triangle lies over a face, the points are those over its
-/// corners, without clipping; where it lies beside the face there are none.
+/// The same along a triangle's own normal; where it lies beside the face in that view nothing is clipped.
 int clip_over_triangle(const FlatFeature& triangle, const FlatFeature& incident, double margin, double deepest,
                        double slack, PatchPoint* points);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "catch.h"
+#include "manifold/feature_overlap.h"
 #include "manifold/patch_collector.h"
 #include "mesh_samples.h"
 #include "random_pairs.h"
@@ -487,4 +488,33 @@ TEST_CASE("patches: of a solid the far side of a wall does not push, of a sheet 
   sheet.finish({0, 0, 2}, false, out);
   CHECK(out.size() == 4);
   for (const Contact& c : out) CHECK(c.normal == up);
+}
+
+TEST_CASE("manifold: over a triangle a face is cut as by any other face, also where it lies beside it") {
+  Random random(8);
+  std::size_t some = 0, none = 0;
+  for (int i = 0; i < 4000; ++i) {
+    const ShapeKind kinds[] = {ShapeKind::box, ShapeKind::cylinder, ShapeKind::convex};
+    const Shape shape = random_shape(kinds[i % 3], random);
+    const Vec3 n = random.direction(), u = n.unitOrthogonal(), v = n.cross(u), middle = random.vec(-0.5, 0.5);
+    const double width = random.in(0.01, 0.4);
+    FlatFeature triangle;
+    for (int k = 0; k < 3; ++k) triangle.add(middle + random.in(-width, width) * u + random.in(-width, width) * v);
+    if ((triangle.corner[1] - triangle.corner[0]).cross(triangle.corner[2] - triangle.corner[0]).dot(n) < 0)
+      std::swap(triangle.corner[1], triangle.corner[2]);
+    triangle.normal = n;
+    const FlatFeature face = best_face(view(shape), -n);
+    if (!face.is_face()) continue;
+    constexpr double everything = 10;
+    PatchPoint quick[max_patch], cut[max_patch];
+    const int count = clip_over_triangle(triangle, face, everything, everything, 1e-9, quick);
+    CAPTURE(i, name(shape.kind()), count);
+    REQUIRE(count == clip_faces(triangle, face, n, false, everything, everything, 1e-9, cut));
+    for (int k = 0; k < count; ++k) {
+      CHECK(quick[k].at == cut[k].at);
+      CHECK(quick[k].depth == cut[k].depth);
+    }
+    ++(count == 0 ? none : some);
+  }
+  CHECK(std::min(some, none) > 300);
 }

@@ -47,7 +47,7 @@ bool ConvexContacts::depth_is_along(const Vec3& n, const Corners& p, const Vec3&
     const Vec3 edge = p[(i + 1) % 3] - p[i];
     const double beside = turn * n.cross(edge).dot(deepest - p[i]), length2 = edge.squaredNorm();
     if (!(beside > 0)) return false;
-    if (w > 0 && !(beside * beside > w * w * length2)) return false;
+    if (w > 0 && !(beside * beside > 16 * w * w * length2)) return false;
     rho2 = std::min(rho2, beside * beside / length2);
   }
   if (!(w > 0)) return true;

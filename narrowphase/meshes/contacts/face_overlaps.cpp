@@ -5,8 +5,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "manifold/manifold.h"
+#include "shapes/metered_sort.h"
 #include "shapes/support.h"
 #include "tolerances.h"
 
@@ -147,6 +149,33 @@ struct FacePair {
   CoplanarFacets of_a, of_b;
 };
 
+// Facets in the order of a coordinate of their normals: unit vectors u and v with u . v > carries_patch differ by no
+// more than sqrt(2 (1 - carries_patch)) in it.
+class FacetsByNormal {
+ public:
+  FacetsByNormal(std::span<const Facet> facets, WorkMeter& meter, Memory memory) : facets_(facets), order_(memory) {
+    order_.resize(facets.size());
+    std::iota(order_.begin(), order_.end(), 0u);
+    sort_metered(meter, order_.begin(), order_.end(),
+                 [&](std::uint32_t i, std::uint32_t j) { return facets[i].n.x() < facets[j].n.x(); });
+  }
+
+  // Sets the numbers of those whose normal has a cosine above carries_patch with n (unit), in ascending order.
+  void find(const Vec3& n, List<std::uint32_t>& facing) const {
+    const double reach = 1.001 * std::sqrt(2 * (1 - carries_patch));
+    facing.clear();
+    auto at = std::partition_point(order_.begin(), order_.end(),
+                                   [&](std::uint32_t i) { return facets_[i].n.x() < n.x() - reach; });
+    for (; at != order_.end() && facets_[*at].n.x() <= n.x() + reach; ++at)
+      if (n.dot(facets_[*at].n) > carries_patch) facing.push_back(*at);
+    std::sort(facing.begin(), facing.end());
+  }
+
+ private:
+  std::span<const Facet> facets_;
+  List<std::uint32_t> order_;
+};
+
 // Pairs of facing faces of a patch that have sunk into each other by at most `most`. Most patches have none.
 List<FacePair> facing_pairs(const PosedMeshes& m, const Facets& facets, const Vec3& area, double most, double size,
                             Memory memory) {
@@ -155,10 +184,13 @@ List<FacePair> facing_pairs(const PosedMeshes& m, const Facets& facets, const Ve
   const double width = area.isZero(0) ? size : std::sqrt(area.norm());
   List<FacePair> found(memory);
   WorkMeter meter(m.limit);
+  const FacetsByNormal of_b(facets[0], meter, memory);
+  List<std::uint32_t> facing(memory);
   for (const Facet& f : facets[1]) {
-    meter.spend(1 + static_cast<int>(facets[0].size() / 8));
-    for (const Facet& g : facets[0]) {
-      if (!(f.n.dot(g.n) > carries_patch)) continue;
+    of_b.find(f.n, facing);
+    meter.spend(1 + static_cast<int>(facing.size() / 8));
+    for (const std::uint32_t i : facing) {
+      const Facet& g = facets[0][i];
       // The overlap must have uniform thickness except for a small angle, and be neither deeper than wide nor nearly
       // perpendicular to the patch: otherwise it would be less than half of the patch.
       const double depth = f.n.dot(f.p[0] - g.p[0]), tilt = (f.n - g.n).norm();

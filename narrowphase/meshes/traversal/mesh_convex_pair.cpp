@@ -226,7 +226,8 @@ PairAnswer MeshConvexPair::nearest(double cutoff) const {
       clear = support_plane(best.normal);
     }
   };
-  query().nearest_first(most, [&](std::uint32_t t) {
+  const BoxQuery boxes = query();
+  boxes.nearest_first(most, [&](std::uint32_t t) {
     if (best.signed_distance <= 0) return -1.0;
     const Corners p = corners(t);
     if (clear.beyond(p) > interest() || plane_gap(p) > interest()) return interest();
@@ -240,8 +241,10 @@ PairAnswer MeshConvexPair::nearest(double cutoff) const {
     }
     return interest();
   });
+  WorkMeter meter(options_.limit);
   std::make_heap(apart.begin(), apart.end());
   for (; !apart.empty() && apart.front().gap <= interest(); apart.pop_back()) {
+    meter.spend(boxes.a_visit());
     const Corners p = corners(apart.front().t);
     if (clear.beyond(p) <= interest()) look(apart.front().t, p);
     std::pop_heap(apart.begin(), apart.end());
