@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -14,6 +13,7 @@
 #include <utility>
 
 #include "meshes/traversal/mesh_traversal.h"
+#include "shapes/disjoint_sets.h"
 #include "shapes/mesh_builder.h"
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/vertex_weld.h"
@@ -23,8 +23,6 @@
 
 namespace tandem {
 namespace {
-
-using Corners = std::array<Vec3, 3>;
 
 void require(const Mesh& mesh) {
   if (mesh.triangles.empty()) throw std::invalid_argument("mesh: no triangles; there must be at least one");
@@ -50,13 +48,12 @@ class Inspector {
       : mesh_(mesh),
         most_(options.most),
         first_(weld(mesh.vertices)),
-        parent_(mesh.triangles.size()),
+        connected_(mesh.triangles.size()),
         left_out_(mesh.triangles.size(), false),
         open_(mesh.triangles.size(), false),
         exact_(Pose{}, Pose{}, reach()) {
     found_.vertices = mesh.vertices.size();
     found_.triangles = mesh.triangles.size();
-    std::iota(parent_.begin(), parent_.end(), 0u);
     duplicates();
     flat_triangles();
     edges();
@@ -87,10 +84,6 @@ class Inspector {
   template <class Fault>
   void add(FaultList<Fault>& list, const Fault& fault) const {
     if (list.count++ < most_) list.first.push_back(fault);
-  }
-  std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
   }
 
   void duplicates() {
@@ -155,10 +148,7 @@ class Inspector {
     const auto up =
         static_cast<std::size_t>(std::count_if(sides.begin(), sides.end(), [](const HalfEdge& s) { return s.up; }));
     const HalfEdge& s = sides.front();
-    for (const HalfEdge& other : sides) {
-      const std::uint32_t p = root(s.triangle), q = root(other.triangle);
-      parent_[std::max(p, q)] = std::min(p, q);
-    }
+    for (const HalfEdge& other : sides) connected_.join(s.triangle, other.triangle);
     if (sides.size() == 2 && up == 1) return;
     const EdgeFault fault = sides.size() == 1   ? EdgeFault::open
                             : sides.size() == 2 ? EdgeFault::inconsistent
@@ -179,7 +169,7 @@ class Inspector {
     std::vector<Component> all;
     std::vector<std::size_t> place(mesh_.triangles.size());
     for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
-      const std::uint32_t r = root(i);
+      const std::uint32_t r = connected_.find(i);
       if (r == i) place[i] = all.size(), all.emplace_back();
       Component& c = all[place[r]];
       c.triangles.push_back(i);
@@ -319,8 +309,9 @@ class Inspector {
 
   const Mesh& mesh_;
   const std::size_t most_;
-  std::vector<std::uint32_t> first_, parent_;  // of vertices; of triangles connected by edges
-  std::vector<bool> left_out_, open_;          // duplicate or flat; beside a faulty edge
+  std::vector<std::uint32_t> first_;   // of the vertices at each vertex's position
+  DisjointSets connected_;             // triangles, by edges
+  std::vector<bool> left_out_, open_;  // duplicate or flat; beside a faulty edge
   TriangleTest exact_;
   MeshInspection found_;
 };

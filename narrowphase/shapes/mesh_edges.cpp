@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <sstream>
@@ -243,11 +242,8 @@ std::vector<std::uint32_t> join_triangles(MeshModel& mesh, const MeshFrame& fram
 MeshModel::Neighbours find_neighbours(const MeshModel& mesh, const WorkLimit* limit) {
   const BuildOptions options{.limit = limit};
   BuildMeter meter(options, joining_work(mesh.triangles.size()));
-  std::vector<std::uint32_t> first = mesh.stands_for;
-  if (first.empty()) {
-    first.resize(mesh.vertices.size());
-    std::iota(first.begin(), first.end(), 0u);
-  }
+  std::vector<std::uint32_t> first(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < first.size(); ++v) first[v] = mesh.representative(v);
   const SideLists lists(mesh, first, {}, meter);
   MeshModel::Neighbours neighbours(mesh.triangles.size(), {no_index, no_index, no_index});
   run_chunks({}, lists.vertices(), elements_per_chunk, [&](std::size_t, std::size_t begin, std::size_t end) {

@@ -18,6 +18,14 @@ namespace tandem {
 
 inline constexpr std::uint32_t no_index = 0xffffffffu;
 
+using Corners = std::array<Vec3, 3>;  ///< of a triangle
+
+/// Perpendicular to a triangle, to the side from which its corners run counterclockwise, twice its area long.
+inline Vec3 area_vector(const Corners& p) { return (p[1] - p[0]).cross(p[2] - p[0]); }
+
+inline double least_along(const Vec3& d, const Corners& p) { return std::min({d.dot(p[0]), d.dot(p[1]), d.dot(p[2])}); }
+inline double most_along(const Vec3& d, const Corners& p) { return std::max({d.dot(p[0]), d.dot(p[1]), d.dot(p[2])}); }
+
 inline constexpr std::size_t mesh_lanes = 8;
 inline constexpr std::size_t most_mesh_levels = 64;  ///< of a hierarchy: MeshModel::depth is less
 
@@ -125,7 +133,8 @@ struct MeshModel {
   using Component = std::array<std::uint32_t, 6>;
   const std::vector<Component>& components(const WorkLimit* limit = nullptr) const;  ///< computed like the hull
   /// For each vertex the first of those that coincide with it; empty if none do.
-  std::vector<std::uint32_t> stands_for;
+  std::vector<std::uint32_t> representatives;
+  std::uint32_t representative(std::uint32_t v) const { return representatives.empty() ? v : representatives[v]; }
 
   Vec3 centre = Vec3::Zero();         ///< of the bounding box
   Vec3 half = Vec3::Zero();           ///< of the bounding box
@@ -152,7 +161,7 @@ struct MeshModel {
 
   ShapeMemory memory() const;
 
-  std::array<Vec3, 3> corners(std::uint32_t triangle) const {
+  Corners corners(std::uint32_t triangle) const {
     const auto& t = triangles[triangle];
     return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
   }

@@ -20,10 +20,7 @@ namespace {
 // The rounding error of the area of a patch's curve: its points lie in both triangles' planes to rounding, less exactly
 // the smaller the angle between these.
 double noise_of(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings) {
-  const auto normal = [&](bool of_a, std::uint32_t t) {
-    const auto p = m.corners(of_a, t);
-    return unit((p[1] - p[0]).cross(p[2] - p[0]));
-  };
+  const auto normal = [&](bool of_a, std::uint32_t t) { return unit(area_vector(m.corners(of_a, t))); };
   const double off = 8 * epsilon * (m.a.half + m.b.half).norm() + m.frame.delta();
   double noise = 0;
   WorkMeter meter(m.limit);
@@ -59,7 +56,7 @@ bool is_ridge(const MeshModel& mesh, std::uint32_t t, std::uint32_t corner) {
   const std::uint32_t next = mesh.neighbours()[t][corner];
   if (next == no_index || !mesh.closed) return true;
   const auto p = mesh.corners(t), q = mesh.corners(next);
-  const Vec3 n = (p[1] - p[0]).cross(p[2] - p[0]);
+  const Vec3 n = area_vector(p);
   const auto& back = mesh.neighbours()[next];
   const auto shared = static_cast<std::size_t>(std::find(back.begin(), back.end(), t) - back.begin());
   return n.dot(q[(shared + 2) % 3] - p[0]) < -tolerance::in_plane * n.norm() * mesh.half.norm();

@@ -12,8 +12,7 @@ namespace tandem {
 namespace {
 
 SearchEffort effort_of_convex(const MeshConvexPair& pair) {
-  return {.enough = pair.translation_slack(),
-          .least_reach = 0.5,
+  return {.least_reach = 0.5,
           .rounds = 8,
           .plane_reach = infinity,
           .margin = 0,
@@ -47,7 +46,7 @@ double ConvexInMesh::free_length(const Vec3& d, const Separation& known) const {
     ClearPlanes clear;
     there.each_near(0, [&](std::uint32_t t) {
       const Corners p = there.corners(t);
-      const double level = std::max({d.dot(p[0]), d.dot(p[1]), d.dot(p[2])}) - low;
+      const double level = most_along(d, p) - low;
       if (!(level > next) || clear.separate(p, pair_.slack())) return false;
       const TriangleBound bound = there.bound(p);
       if (!bound.overlaps && bound.gap > pair_.slack()) {

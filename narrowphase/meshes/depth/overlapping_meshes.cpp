@@ -20,8 +20,7 @@ namespace {
 
 SearchEffort effort_of_meshes(double size) {
   const double slack = tolerance::place_rounding * size;
-  return {.enough = tolerance::translation_slack * size,
-          .least_reach = tolerance::least_reach,
+  return {.least_reach = tolerance::least_reach,
           .rounds = 12,
           .plane_reach = 0.02 * size,
           .margin = 4 * slack,
@@ -80,7 +79,7 @@ class SeparatingPlanes {
 };
 
 double gap_along(const Vec3& n, const Corners& s, const Corners& t) {
-  return std::min({n.dot(t[0]), n.dot(t[1]), n.dot(t[2])}) - std::max({n.dot(s[0]), n.dot(s[1]), n.dot(s[2])});
+  return least_along(n, t) - most_along(n, s);
 }
 
 }  // namespace

@@ -104,8 +104,7 @@ class TouchingMeshes {
 
   // Unit, in the world; zero without area.
   static Vec3 normal(const Posed& mesh, std::uint32_t t) {
-    const Corners c = mesh_of(mesh.shape).corners(t);
-    return mesh.pose.rotation * (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
+    return mesh.pose.rotation * area_vector(mesh_of(mesh.shape).corners(t)).stableNormalized();
   }
 
   void add(const Vec3& n) {

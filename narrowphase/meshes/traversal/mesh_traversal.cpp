@@ -232,24 +232,11 @@ class Traversal {
     }
   }
 
-  // Level by level until there are enough.
   std::vector<NodePair> subtrees(std::size_t wanted) {
-    std::vector<NodePair> level{{0, 0}}, next;
-    for (bool deeper = true; deeper && level.size() < wanted; level.swap(next)) {
-      deeper = false;
-      next.clear();
-      for (const NodePair at : level) {
-        const MeshNode &na = a_.nodes[at.a], &nb = b_.nodes[at.b];
-        if (na.bottom() && nb.bottom()) {
-          next.push_back(at);
-          continue;
-        }
-        deeper = true;
-        descend(at, na, nb);
-        while (!stack_.empty()) next.push_back(stack_.pop());
-      }
-    }
-    return level;
+    return pairs_of_level(a_, b_, wanted, [this](NodePair at, std::vector<NodePair>& next) {
+      descend(at, a_.nodes[at.a], b_.nodes[at.b]);
+      while (!stack_.empty()) next.push_back(stack_.pop());
+    });
   }
 
   // Over all that was left out, in units of A.
