@@ -162,7 +162,7 @@ class Inspector {
     std::vector<std::uint32_t> triangles;
     bool closed = true;
     double six_volumes = 0;
-    Vec3 lo = Vec3::Constant(infinity), hi = Vec3::Constant(-infinity);
+    Extent box{};
   };
 
   void components() {
@@ -174,18 +174,18 @@ class Inspector {
       Component& c = all[place[r]];
       c.triangles.push_back(i);
       c.closed = c.closed && !open_[i];
-      for (const Vec3& v : corners(i)) c.lo = c.lo.cwiseMin(v), c.hi = c.hi.cwiseMax(v);
+      for (const Vec3& v : corners(i)) c.box.add(v);
     }
     found_.components = all.size();
     for (Component& c : all) {
-      const Vec3 centre = c.lo + (c.hi - c.lo) / 2;
+      const Vec3 centre = c.box.lo + (c.box.hi - c.box.lo) / 2;
       for (const std::uint32_t i : c.triangles) {
         const auto [p, q, r] = corners(i);
         c.six_volumes += (p - centre).dot((q - centre).cross(r - centre));
       }
     }
     for (const Component& c : all) {
-      const double size = (c.hi - c.lo).norm();
+      const double size = (c.box.hi - c.box.lo).norm();
       if (!c.closed || c.six_volumes >= -tolerance::inside_out * size * size * size) continue;
       const Vec3 corner = corners(c.triangles.front())[0];
       if (windings(all, c, corner) <= 0)
@@ -198,8 +198,8 @@ class Inspector {
   double windings(const std::vector<Component>& all, const Component& but, const Vec3& point) const {
     double sum = 0;
     for (const Component& c : all) {
-      if (&c == &but || !c.closed || (point.array() < c.lo.array()).any() || (point.array() > c.hi.array()).any())
-        continue;
+      const bool is_around = ((point.array() >= c.box.lo.array()) && (point.array() <= c.box.hi.array())).all();
+      if (&c == &but || !c.closed || !is_around) continue;
       for (const std::uint32_t i : c.triangles) {
         const Corners t = corners(i);
         const Vec3 x = t[0] - point, y = t[1] - point, z = t[2] - point;
@@ -217,12 +217,10 @@ class Inspector {
     for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i)
       if (!left_out_[i]) model.triangles.push_back(mesh_.triangles[i]), number.push_back(i);
     if (number.empty()) return;
-    Vec3 lo = Vec3::Constant(infinity), hi = -lo;
+    Extent box;
     for (const auto& t : model.triangles)
-      for (const std::uint32_t v : t) lo = lo.cwiseMin(mesh_.vertices[v]), hi = hi.cwiseMax(mesh_.vertices[v]);
-    model.centre = lo + (hi - lo) / 2;
-    model.half = (hi - model.centre).cwiseMax(model.centre - lo);
-    if (const double most = model.half.maxCoeff(); most > 0) model.unit = std::exp2(std::ceil(std::log2(most)) + 1);
+      for (const std::uint32_t v : t) box.add(mesh_.vertices[v]);
+    model.frame() = MeshFrame(box);
     build_hierarchy(model, options.parts);
     CrossingPairs visitor(*this, number, options.limit);
     traverse(model, model, exact_, false, visitor);

@@ -66,7 +66,8 @@ std::vector<MeshModel::Component> extremes_of_components(const MeshModel& mesh,
   return components;
 }
 
-double six_volumes(const MeshModel& mesh, std::span<const Vec3> vertices, const Vec3& about, const PartRunner& parts) {
+double six_volumes(const MeshModel& mesh, std::span<const Vec3> vertices, const PartRunner& parts) {
+  const Vec3 about = mesh.centre;
   std::vector<double> sums(chunks(mesh.triangles.size(), elements_per_chunk), 0);
   run_chunks(parts, mesh.triangles.size(), elements_per_chunk, [&](std::size_t k, std::size_t begin, std::size_t end) {
     double sum = 0;
@@ -205,14 +206,13 @@ MeshHull hull_of_points(const UsedPoints& used, const WorkLimit* limit) {
 }
 
 // Determines the neighbours of triangles, and orients connected ones alike. Returns the representative of each vertex.
-std::vector<std::uint32_t> add_surface(MeshModel& model, const MeshFrame& frame, const PartRunner& parts,
-                                       BuildMeter& meter) {
-  std::vector<std::uint32_t> first = join_triangles(model, frame, parts, meter);
-  if (!model.solid && model.closed && six_volumes(model, model.vertices, model.centre, parts) < 0) turn_all(model);
+std::vector<std::uint32_t> add_surface(MeshModel& model, const PartRunner& parts, BuildMeter& meter) {
+  std::vector<std::uint32_t> first = join_triangles(model, parts, meter);
+  if (!model.solid && model.closed && six_volumes(model, model.vertices, parts) < 0) turn_all(model);
   for (std::uint32_t v = 0; v < first.size() && model.representatives.empty(); ++v)
     if (first[v] != v) model.representatives = first;
   if (!model.solid) return first;
-  if (const auto volume = inside_out(model, model.vertices, frame, parts))
+  if (const auto volume = inside_out(model, model.vertices, parts))
     refuse("solid, but its volume is " + std::to_string(*volume) +
            "; it must not be negative (triangles counterclockwise seen from outside)");
   return first;
@@ -227,10 +227,9 @@ std::vector<std::uint8_t> vertices_in_use(const MeshModel& mesh) {
   return used;
 }
 
-std::optional<double> inside_out(const MeshModel& mesh, std::span<const Vec3> vertices, const MeshFrame& frame,
-                                 const PartRunner& parts) {
-  const double volumes = six_volumes(mesh, vertices, frame.centre, parts);
-  if (!(volumes < -tolerance::inside_out * frame.half.squaredNorm() * frame.half.norm())) return std::nullopt;
+std::optional<double> inside_out(const MeshModel& mesh, std::span<const Vec3> vertices, const PartRunner& parts) {
+  const double volumes = six_volumes(mesh, vertices, parts);
+  if (!(volumes < -tolerance::inside_out * mesh.half.squaredNorm() * mesh.half.norm())) return std::nullopt;
   return volumes / 6;
 }
 
@@ -281,14 +280,13 @@ ShapeMemory MeshModel::memory() const {
 MeshModel build_mesh(Mesh mesh, const BuildOptions& options, std::vector<std::uint32_t>* first) {
   const std::size_t count = mesh.triangles.size();
   BuildMeter meter(options, joining_work(count) + hierarchy_work(count));
-  const MeshFrame frame(checked_extent(mesh, options.parts));
-  meter.spend(0);
   MeshModel model;
+  model.frame() = MeshFrame(checked_extent(mesh, options.parts));
+  meter.spend(0);
   model.vertices = std::move(mesh.vertices);
   model.triangles = std::move(mesh.triangles);
   model.solid = mesh.solid;
-  model.centre = frame.centre, model.half = frame.half, model.unit = frame.unit;
-  std::vector<std::uint32_t> welded = add_surface(model, frame, options.parts, meter);
+  std::vector<std::uint32_t> welded = add_surface(model, options.parts, meter);
   build_hierarchy(model, options.parts, meter);
   meter.finish();
   if (first != nullptr) *first = std::move(welded);

@@ -181,13 +181,12 @@ void turn_alike(MeshModel& mesh, const SideLists& lists, BuildMeter& meter) {
 
 // Merges corners of a surface's borders that differ only by rounding: such seams arise when the corners of each
 // triangle are computed separately. Returns true if there are any.
-bool weld_seams(const MeshModel& mesh, const MeshFrame& frame, std::vector<std::uint32_t> ends,
-                std::vector<std::uint32_t>& first) {
+bool weld_seams(const MeshModel& mesh, std::vector<std::uint32_t> ends, std::vector<std::uint32_t>& first) {
   std::sort(ends.begin(), ends.end());
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
 
   using Cell = std::array<std::int64_t, 3>;
-  const double tolerance = seam_tolerance(frame);
+  const double tolerance = seam_tolerance(mesh);
   if (ends.empty() || !(tolerance > 0)) return false;
   const auto cell = [&](const Vec3& p) {
     const Vec3 q = (p / (2 * tolerance)).array().floor();
@@ -220,15 +219,14 @@ bool weld_seams(const MeshModel& mesh, const MeshFrame& frame, std::vector<std::
 
 }  // namespace
 
-std::vector<std::uint32_t> join_triangles(MeshModel& mesh, const MeshFrame& frame, const PartRunner& parts,
-                                          BuildMeter& meter) {
+std::vector<std::uint32_t> join_triangles(MeshModel& mesh, const PartRunner& parts, BuildMeter& meter) {
   std::vector<std::uint32_t> first = weld(mesh.vertices, parts, &meter);
   const auto survey = [&] { return survey_edges(mesh, SideLists(mesh, first, parts, meter), parts, meter); };
   Survey found = survey();
   if (mesh.solid) {
     if (found.open) throw std::invalid_argument("mesh: " + *found.open);
   } else {
-    if (weld_seams(mesh, frame, std::move(found.border), first)) found = survey();
+    if (weld_seams(mesh, std::move(found.border), first)) found = survey();
     if (found.against) {
       turn_alike(mesh, SideLists(mesh, first, parts, meter), meter);
       survey();

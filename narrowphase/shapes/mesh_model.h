@@ -9,6 +9,7 @@
 #include "shapes/hull.h"
 #include "shapes/kept_cosines.h"
 #include "shapes/lazily.h"
+#include "shapes/mesh_frame.h"
 #include "shapes/normal_cones.h"
 #include "shapes/uninitialised.h"
 #include "tandem/narrowphase/shape.h"
@@ -94,7 +95,9 @@ struct InnerCapsule {
 
 /// A checked mesh with the data that queries need, built once except for data that only some queries need. Immutable
 /// when shared.
-struct MeshModel {
+struct MeshModel : MeshFrame {
+  MeshFrame& frame() { return *this; }
+
   std::vector<Vec3> vertices;
   /// Triangles, consistently oriented if possible, those of a closed surface outward.
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -136,9 +139,6 @@ struct MeshModel {
   std::vector<std::uint32_t> representatives;
   std::uint32_t representative(std::uint32_t v) const { return representatives.empty() ? v : representatives[v]; }
 
-  Vec3 centre = Vec3::Zero();         ///< of the bounding box
-  Vec3 half = Vec3::Zero();           ///< of the bounding box
-  double unit = 1;                    ///< a power of two, at least the largest half
   UninitialisedList<MeshNode> nodes;  ///< the root is nodes[0]
   UninitialisedList<TriangleBlock> blocks;
   UninitialisedList<ChildBoxes> boxes;
