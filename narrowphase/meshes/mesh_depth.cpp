@@ -66,7 +66,7 @@ PairAnswer depth_as_convex(const Posed& a, const Posed& b, const OverlappingMesh
   const double depth = -convex.signed_distance;
   // For two that only touch, rounding may separate the convex one although it is wedged in.
   const bool separates =
-      is_as_convex(a, b, depth, options.limit) && overlap.is_free((overlap.enough + depth) * convex.normal);
+      holds_as_convex(a, b, depth, options.limit) && overlap.is_free((overlap.enough + depth) * convex.normal);
   return separates ? convex : none;
 }
 
@@ -134,7 +134,7 @@ bool has_one_normal(std::span<const Contact> contacts) {
 bool only_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack, double certain,
                 const NarrowPhaseOptions& options, PairAnswer& answer) {
   if (pairs.empty()) return false;
-  const auto by = parting_translation(a, b, pairs, slack, options);
+  const auto by = separating_translation(a, b, pairs, slack, options);
   if (!by) return false;
   const double length = by->norm();
   answer = {};
@@ -216,8 +216,8 @@ bool take_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pa
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth > depth; }),
                  contacts.end());
   const auto left = std::span(contacts).subspan(first);
-  const auto deepest = std::max_element(left.begin(), left.end(),
-                                        [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
+  const auto deepest =
+      std::max_element(left.begin(), left.end(), [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
   const auto separates = [&](const Contact& c) {
     return c.depth >= 0 && !about.collide_moved((c.depth + slack) * c.normal, options.limit);
   };

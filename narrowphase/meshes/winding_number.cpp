@@ -119,7 +119,8 @@ struct WindingNumber::Insides {
       const std::uint32_t ref = child_ref(node, k);
       if (is_leaf(mesh, ref)) {
         const auto& v = triangles[leaf_triangle(mesh, ref)];
-        for (std::size_t i = 0; i < 3; ++i) all.push_back(edge(mesh.representative(v[i]), mesh.representative(v[(i + 1) % 3])));
+        for (std::size_t i = 0; i < 3; ++i)
+          all.push_back(edge(mesh.representative(v[i]), mesh.representative(v[(i + 1) % 3])));
         continue;
       }
       const std::vector<BorderEdge> below = border_of(node_under(mesh, ref));

@@ -130,7 +130,7 @@ class DepthProbe {
         const auto [low_x, high_x] = std::minmax({f.x[0], f.x[1], f.x[2]});
         const auto [low_y, high_y] = std::minmax({f.y[0], f.y[1], f.y[2]});
         const double slack = 4 * edge * (high_x - low_x + high_y - low_y) +
-                             tolerance::place_rounding_of_nearest * (std::abs(f.x[0]) + std::abs(f.y[0]));
+                             tolerance::place_rounding * (std::abs(f.x[0]) + std::abs(f.y[0]));
         boxes_[of_a].push_back({low_x - slack, high_x + slack, low_y - slack, high_y + slack});
         flats_[of_a].push_back(f);
       }

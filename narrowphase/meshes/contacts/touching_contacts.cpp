@@ -109,9 +109,7 @@ class Touching {
     return {p, q, area_vector(p).stableNormalized(), area_vector(q).stableNormalized()};
   }
 
-  static double overlap(const Faces& f, const Vec3& n) {
-    return most_along(n, f.a) - least_along(n, f.b);
-  }
+  static double overlap(const Faces& f, const Vec3& n) { return most_along(n, f.a) - least_along(n, f.b); }
 
   bool blocks(const Faces& f, const Vec3& n) const {
     // A solid must not be pushed into.

@@ -11,19 +11,12 @@
 namespace tandem {
 namespace {
 
-SearchEffort effort_of_convex(const MeshConvexPair& pair) {
-  return {.least_reach = 0.5,
-          .rounds = 8,
-          .plane_reach = infinity,
-          .margin = 0,
-          .plane_slack = pair.slack(),
-          .trust_planes = true};
-}
+constexpr SearchEffort effort_of_convex{
+    .least_reach = 0.5, .rounds = 8, .plane_reach = infinity, .margin = 0, .plane_slack = 1, .trust_planes = true};
 
 }  // namespace
 
-ConvexInMesh::ConvexInMesh(const MeshConvexPair& pair)
-    : OverlappingPair(pair.size(), effort_of_convex(pair)), pair_(pair) {}
+ConvexInMesh::ConvexInMesh(const MeshConvexPair& pair) : OverlappingPair(pair.size(), effort_of_convex), pair_(pair) {}
 
 // True if a slightly longer translation along d is free, too. In a wedge it is not, since the other side blocks it.
 bool ConvexInMesh::leads_on(double length, const Vec3& d) const {

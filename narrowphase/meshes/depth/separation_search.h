@@ -21,12 +21,12 @@ struct Separation {
 
 /// Parameters of the search that depend on the kind of pair, whose queries differ in cost.
 struct SearchEffort {
-  double least_reach;   ///< of constraints that bound the length from below, relative to it
-  int rounds;           ///< number of iterations with planes about the end of the translation
-  double plane_reach;   ///< radius about it, metres; infinity: the length of the translation
-  double margin;        ///< distance by which a translation ends beyond the obstacle, metres; 0: on it
-  double plane_slack;   ///< precision of the planes, metres
-  bool trust_planes;    ///< a translation by planes is tested only at the end
+  double least_reach;  ///< of constraints that bound the length from below, relative to it
+  int rounds;          ///< number of iterations with planes about the end of the translation
+  double plane_reach;  ///< of planes about the end of a translation, relative to the size; infinity: its length
+  double margin;       ///< distance by which a translation ends beyond the obstacle, in `slack`; 0: on it
+  double plane_slack;  ///< precision of the planes, in `slack`
+  bool trust_planes;   ///< a translation by planes is tested only at the end
 };
 
 /// Two overlapping bodies, as queries of the search. B moves, in axes chosen by the pair.

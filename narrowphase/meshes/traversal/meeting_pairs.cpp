@@ -78,8 +78,7 @@ double gap_between(const Corners& p, const Corners& q) {
     near_q = std::min(near_q, normal.dot(q[k] - p[0]));
     span = std::max({span, (p[k] - p[0]).lpNorm<1>(), (q[k] - p[0]).lpNorm<1>()});
   }
-  return std::max(0.0,
-                  (1 - tolerance::askew_in_floats) * (near_q - far_p) - tolerance::place_rounding_of_nearest * span);
+  return std::max(0.0, (1 - tolerance::askew_in_floats) * (near_q - far_p) - tolerance::place_rounding * span);
 }
 
 }  // namespace

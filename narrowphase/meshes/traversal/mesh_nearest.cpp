@@ -131,7 +131,7 @@ NearestSearch::NearestSearch(const Posed& a, const Posed& b, const WorkLimit* li
       a_by_b_(view_of(a_, b_, turn_b_.transpose() * turn_a_, -(turn_b_.transpose() * between_))),
       b_by_a_(view_of(b_, a_, turn_a_.transpose() * turn_b_, turn_a_.transpose() * between_)),
       // If the rotations are not orthonormal, boxes may be nearer than they seem.
-      slack_((12 * (skewness(turn_a_) + skewness(turn_b_)) + tolerance::place_rounding_of_nearest) *
+      slack_((12 * (skewness(turn_a_) + skewness(turn_b_)) + tolerance::place_rounding) *
              (reach(a_) + reach(b_) + between_.lpNorm<1>())),
       meter_(limit) {}
 

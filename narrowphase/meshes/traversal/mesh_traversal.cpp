@@ -49,9 +49,9 @@ Floats dot(const float* row, Floats u, Floats v, Floats w) {
 /// Screens two blocks for pairs of triangles that are not known to be separated. With `gaps` it keeps lower bounds on
 /// the distances of separated ones.
 template <bool gaps>
-class TriangleScreen {
+class BlockScreen {
  public:
-  explicit TriangleScreen(const TraversalFrame& frame) : f_(frame) {}
+  explicit BlockScreen(const TraversalFrame& frame) : f_(frame) {}
 
   // Takes the lanes with a gap above 0, whose pairs are left out.
   void note(Floats gap) {
@@ -396,7 +396,7 @@ class Traversal {
   const TraversalFrame& f_;
   PairVisitor& visitor_;
   NodePairStack stack_;
-  TriangleScreen<gaps> screen_;
+  BlockScreen<gaps> screen_;
   float deepest_ = 1;
   std::size_t deepest_at_ = 0;
 };
