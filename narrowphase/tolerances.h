@@ -80,11 +80,9 @@ inline constexpr double same_distance = 1e-14;
 /// answers right to rounding get an error bound. More: existing errors are not reported.
 inline constexpr double no_gap = 1e-13;
 
-/// The error of a corner after rotation and translation, relative to the size (including the translation). The search
-/// for the nearest points of two meshes uses a tenth of it (`place_rounding_of_nearest`); which one is needed is an
-/// open question. Less: a point lies outside of its plane or box. More: more triangles are tested.
+/// The error of a corner after rotation and translation, relative to the size (including the translation). Less: a
+/// point lies outside of its plane or box. More: more triangles are tested.
 inline constexpr double place_rounding = 1e-13;
-inline constexpr double place_rounding_of_nearest = 1e-14;
 
 /// The length that a translation which separates two meshes has beyond the depth, relative to the sizes: rounding may
 /// move a mesh by a third of it (`place_rounding`). Less: meshes moved by the depth still touch. More: two depths that
@@ -164,8 +162,6 @@ inline constexpr double askew = 2 * skew_allowed;
 /// `askew` with room for single precision, and for using the transpose as the inverse. An open question: except for
 /// that it is the same idea as `askew`.
 inline constexpr double askew_in_floats = 1e-5;
-/// `askew` for positions, relative to the size: less than the two above, without a known reason.
-inline constexpr double askew_place = 1e-6;
 
 /// The deviation up to which a rotation counts as orthonormal to rounding, per entry as for `skew_allowed`: 45 epsilon.
 /// Less: each reading orthonormalises again, and bits change.
@@ -215,10 +211,9 @@ inline constexpr double flush2 = squared(flush);
 inline constexpr double alike_cosines = 1e-12;
 /// The cosine to the normal from which a face counts as lying in the contact plane (`flush` for cosines).
 inline constexpr double flush_face = 1 - alike_cosines;
-/// The cosine from which directions count as equal: faces of one plane (4.5e-7 rad), and a translation that no longer
-/// turns (1.4e-7). With `flush_face` three values for one idea: an open question.
+/// The cosine from which directions count as equal (4.5e-7 rad): faces of one plane, and a translation that no longer
+/// turns. `flush_face` is the same idea: two values.
 inline constexpr double one_direction = 1 - 1e-13;
-inline constexpr double no_turn = 1 - 1e-14;
 /// The squared change of a unit vector that changes no digit of the other numbers.
 inline constexpr double standing_still2 = squared(1e-14);
 inline constexpr double stopped_turning2 = 1e-16;
@@ -266,9 +261,6 @@ inline constexpr double deeper = 1e-9;
 /// angle, so its depth lacks an eighth of it, 1.25e-9 of the radius, less than `alike`. Less: motions of 1e-9 move the
 /// point.
 inline constexpr double lowest_point_lacks2 = 1e-8;
-
-/// The depth of two meshes that counts as zero, relative to the size. Less: noise gets a translation that separates.
-inline constexpr double no_depth = 1e-12;
 
 // ---- Lengths, areas and volumes that are none
 

@@ -32,10 +32,6 @@ bool is_place(const Vec3& v) {
   refuse_vertices("vertices[" + std::to_string(v) + "] is " + written(place) + "; it must be " + allowed_coordinate());
 }
 
-void set_frame(MeshModel& mesh, const MeshFrame& frame) {
-  mesh.centre = frame.centre, mesh.half = frame.half, mesh.unit = frame.unit;
-}
-
 std::shared_ptr<MeshModel> model_of(Mesh mesh, const PartRunner& parts, std::vector<std::uint32_t>& first) {
   // Refuses what Shape refuses, too.
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
@@ -144,7 +140,7 @@ void DeformableMesh::Impl::go_back(const Buffer& before, const MeshFrame& frame,
     std::swap(current, *std::find_if(others.begin(), others.end(),
                                      [&](const Buffer& buffer) { return buffer.model == before.model; }));
   } else {
-    set_frame(*current.model, frame);
+    current.model->frame() = frame;
     refit.refit(*current.model, current.model->vertices, parts);
   }
   if (!shape) shape.emplace(detail::ShapeInsides::shape(current.model));
@@ -172,13 +168,13 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
   const Impl::Buffer before = impl.take_free_buffer();
   MeshModel& mesh = *impl.current.model;
   mesh.forget_extremes();
-  const MeshFrame frame_before(mesh.centre, mesh.half, mesh.unit);
+  const MeshFrame frame_before = mesh.frame();
   bool copies = false;
   try {
-    set_frame(mesh, frame);
+    mesh.frame() = frame;
     impl.refit.refit(mesh, vertices, parts);
     if (mesh.closed && !impl.refit.surely_outward())
-      if (const auto volume = inside_out(mesh, vertices, frame, parts))
+      if (const auto volume = inside_out(mesh, vertices, parts))
         refuse_vertices("the mesh is closed, but its volume is " + std::to_string(*volume) +
                         "; it must not be negative: it was turned inside out");
     copies = true;

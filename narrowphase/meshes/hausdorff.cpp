@@ -12,7 +12,7 @@
 #include "closed_forms/closed_forms.h"
 #include "meshes/mesh_pair.h"
 #include "meshes/traversal/hierarchy.h"
-#include "meshes/traversal/mesh_query.h"
+#include "meshes/traversal/point_queries.h"
 #include "shapes/posed_mesh.h"
 #include "shapes/shape_insides.h"
 #include "shapes/skewness.h"
@@ -24,22 +24,6 @@ namespace {
 
 double distance_to(const Corners& triangle, const Vec3& p) {
   return point_distance(TriangleView(triangle), p).signed_distance;
-}
-
-struct NearestTriangle {
-  double distance = infinity;
-  std::uint32_t triangle = 0;
-};
-
-NearestTriangle nearest_triangle_to(const MeshModel& mesh, const Vec3& p, const WorkLimit* limit) {
-  NearestTriangle best;
-  BoxQuery(mesh, {p, p}, p, Vec3::Zero(), Mat3::Identity(), 0, limit)
-      .nearest_first(best.distance, [&](std::uint32_t t) {
-        const double d = distance_to(mesh.corners(t), p);
-        if (d < best.distance) best = {d, t};
-        return best.distance;
-      });
-  return best;
 }
 
 // One of the two surfaces, whose points are examined, in the frame of the other.
@@ -95,12 +79,12 @@ class HausdorffSearch {
     bool operator<(const Part& o) const { return most != o.most ? most < o.most : number > o.number; }
   };
 
-  NearestTriangle nearest_to(std::size_t of, const Vec3& p) {
+  SurfacePoint nearest_to(std::size_t of, const Vec3& p) {
     meter_.spend(8);
-    return nearest_triangle_to(sides_[of].other, p, options_.limit);
+    return nearest_point(sides_[of].other, p, options_.limit);
   }
 
-  void raise(std::size_t of, const Vec3& p, const NearestTriangle& found) {
+  void raise(std::size_t of, const Vec3& p, const SurfacePoint& found) {
     if (found.distance > lower) lower = found.distance, side = of, point = p, triangle = found.triangle;
   }
 
@@ -121,7 +105,7 @@ class HausdorffSearch {
 
   void add_piece(std::size_t of, const Corners& piece) {
     const Vec3 middle = (piece[0] + piece[1] + piece[2]) / 3;
-    const NearestTriangle near = nearest_to(of, middle);
+    const SurfacePoint near = nearest_to(of, middle);
     raise(of, middle, near);
     double most =
         near.distance + std::sqrt(std::max({(piece[0] - middle).squaredNorm(), (piece[1] - middle).squaredNorm(),
@@ -138,7 +122,7 @@ class HausdorffSearch {
     };
     const std::size_t corner = farthest_from(near.triangle);
     if (most > lower) {
-      const NearestTriangle there = nearest_to(of, piece[corner]);
+      const SurfacePoint there = nearest_to(of, piece[corner]);
       raise(of, piece[corner], there);
       if (there.triangle != near.triangle) farthest_from(there.triangle);
     }

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
-#include <numeric>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -14,6 +13,7 @@
 #include <utility>
 
 #include "meshes/traversal/mesh_traversal.h"
+#include "shapes/disjoint_sets.h"
 #include "shapes/mesh_builder.h"
 #include "shapes/mesh_hierarchy.h"
 #include "shapes/vertex_weld.h"
@@ -23,8 +23,6 @@
 
 namespace tandem {
 namespace {
-
-using Corners = std::array<Vec3, 3>;
 
 void require(const Mesh& mesh) {
   if (mesh.triangles.empty()) throw std::invalid_argument("mesh: no triangles; there must be at least one");
@@ -50,13 +48,12 @@ class Inspector {
       : mesh_(mesh),
         most_(options.most),
         first_(weld(mesh.vertices)),
-        parent_(mesh.triangles.size()),
+        connected_(mesh.triangles.size()),
         left_out_(mesh.triangles.size(), false),
         open_(mesh.triangles.size(), false),
         exact_(Pose{}, Pose{}, reach()) {
     found_.vertices = mesh.vertices.size();
     found_.triangles = mesh.triangles.size();
-    std::iota(parent_.begin(), parent_.end(), 0u);
     duplicates();
     flat_triangles();
     edges();
@@ -87,10 +84,6 @@ class Inspector {
   template <class Fault>
   void add(FaultList<Fault>& list, const Fault& fault) const {
     if (list.count++ < most_) list.first.push_back(fault);
-  }
-  std::uint32_t root(std::uint32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
   }
 
   void duplicates() {
@@ -155,10 +148,7 @@ class Inspector {
     const auto up =
         static_cast<std::size_t>(std::count_if(sides.begin(), sides.end(), [](const HalfEdge& s) { return s.up; }));
     const HalfEdge& s = sides.front();
-    for (const HalfEdge& other : sides) {
-      const std::uint32_t p = root(s.triangle), q = root(other.triangle);
-      parent_[std::max(p, q)] = std::min(p, q);
-    }
+    for (const HalfEdge& other : sides) connected_.join(s.triangle, other.triangle);
     if (sides.size() == 2 && up == 1) return;
     const EdgeFault fault = sides.size() == 1   ? EdgeFault::open
                             : sides.size() == 2 ? EdgeFault::inconsistent
@@ -172,30 +162,30 @@ class Inspector {
     std::vector<std::uint32_t> triangles;
     bool closed = true;
     double six_volumes = 0;
-    Vec3 lo = Vec3::Constant(infinity), hi = Vec3::Constant(-infinity);
+    Extent box{};
   };
 
   void components() {
     std::vector<Component> all;
     std::vector<std::size_t> place(mesh_.triangles.size());
     for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i) {
-      const std::uint32_t r = root(i);
+      const std::uint32_t r = connected_.find(i);
       if (r == i) place[i] = all.size(), all.emplace_back();
       Component& c = all[place[r]];
       c.triangles.push_back(i);
       c.closed = c.closed && !open_[i];
-      for (const Vec3& v : corners(i)) c.lo = c.lo.cwiseMin(v), c.hi = c.hi.cwiseMax(v);
+      for (const Vec3& v : corners(i)) c.box.add(v);
     }
     found_.components = all.size();
     for (Component& c : all) {
-      const Vec3 centre = c.lo + (c.hi - c.lo) / 2;
+      const Vec3 centre = c.box.lo + (c.box.hi - c.box.lo) / 2;
       for (const std::uint32_t i : c.triangles) {
         const auto [p, q, r] = corners(i);
         c.six_volumes += (p - centre).dot((q - centre).cross(r - centre));
       }
     }
     for (const Component& c : all) {
-      const double size = (c.hi - c.lo).norm();
+      const double size = (c.box.hi - c.box.lo).norm();
       if (!c.closed || c.six_volumes >= -tolerance::inside_out * size * size * size) continue;
       const Vec3 corner = corners(c.triangles.front())[0];
       if (windings(all, c, corner) <= 0)
@@ -208,8 +198,8 @@ class Inspector {
   double windings(const std::vector<Component>& all, const Component& but, const Vec3& point) const {
     double sum = 0;
     for (const Component& c : all) {
-      if (&c == &but || !c.closed || (point.array() < c.lo.array()).any() || (point.array() > c.hi.array()).any())
-        continue;
+      const bool is_around = ((point.array() >= c.box.lo.array()) && (point.array() <= c.box.hi.array())).all();
+      if (&c == &but || !c.closed || !is_around) continue;
       for (const std::uint32_t i : c.triangles) {
         const Corners t = corners(i);
         const Vec3 x = t[0] - point, y = t[1] - point, z = t[2] - point;
@@ -227,12 +217,10 @@ class Inspector {
     for (std::uint32_t i = 0; i < mesh_.triangles.size(); ++i)
       if (!left_out_[i]) model.triangles.push_back(mesh_.triangles[i]), number.push_back(i);
     if (number.empty()) return;
-    Vec3 lo = Vec3::Constant(infinity), hi = -lo;
+    Extent box;
     for (const auto& t : model.triangles)
-      for (const std::uint32_t v : t) lo = lo.cwiseMin(mesh_.vertices[v]), hi = hi.cwiseMax(mesh_.vertices[v]);
-    model.centre = lo + (hi - lo) / 2;
-    model.half = (hi - model.centre).cwiseMax(model.centre - lo);
-    if (const double most = model.half.maxCoeff(); most > 0) model.unit = std::exp2(std::ceil(std::log2(most)) + 1);
+      for (const std::uint32_t v : t) box.add(mesh_.vertices[v]);
+    model.frame() = MeshFrame(box);
     build_hierarchy(model, options.parts);
     CrossingPairs visitor(*this, number, options.limit);
     traverse(model, model, exact_, false, visitor);
@@ -319,8 +307,9 @@ class Inspector {
 
   const Mesh& mesh_;
   const std::size_t most_;
-  std::vector<std::uint32_t> first_, parent_;  // of vertices; of triangles connected by edges
-  std::vector<bool> left_out_, open_;          // duplicate or flat; beside a faulty edge
+  std::vector<std::uint32_t> first_;   // of the vertices at each vertex's position
+  DisjointSets connected_;             // triangles, by edges
+  std::vector<bool> left_out_, open_;  // duplicate or flat; beside a faulty edge
   TriangleTest exact_;
   MeshInspection found_;
 };

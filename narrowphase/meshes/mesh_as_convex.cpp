@@ -79,11 +79,11 @@ PairAnswer overlap_of_hulls(const Posed& a, const Posed& b, Request request, con
                                    request, for_triangles(options), contacts));
 }
 
-bool is_as_convex(const Posed& a, const Posed& b, double length, const WorkLimit* limit) {
+bool holds_as_convex(const Posed& a, const Posed& b, double length, const WorkLimit* limit) {
   return first_is_convex(a, b, limit) ? is_convex_for(a, b, length, limit) : is_convex_for(b, a, length, limit);
 }
 
-bool is_as_hulls(const Posed& a, const Posed& b, double length, const WorkLimit* limit) {
+bool holds_as_hulls(const Posed& a, const Posed& b, double length, const WorkLimit* limit) {
   return is_convex_for(a, b, length, limit) && is_convex_for(b, a, length, limit);
 }
 

@@ -24,7 +24,7 @@ PairAnswer overlap_of_hulls(const Posed& a, const Posed& b, Request request, con
 
 /// A surface has no interior. True if the result of `overlap_as_convex` or `overlap_of_hulls` holds nevertheless, since
 /// nothing can get inside a surface by a translation shorter than `length`, the one that separates.
-bool is_as_convex(const Posed& a, const Posed& b, double length, const WorkLimit* limit);
-bool is_as_hulls(const Posed& a, const Posed& b, double length, const WorkLimit* limit);
+bool holds_as_convex(const Posed& a, const Posed& b, double length, const WorkLimit* limit);
+bool holds_as_hulls(const Posed& a, const Posed& b, double length, const WorkLimit* limit);
 
 }  // namespace tandem

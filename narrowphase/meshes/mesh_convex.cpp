@@ -17,9 +17,6 @@
 namespace tandem {
 namespace {
 
-// The error of a depth that counts as certain, relative to the size: two such depths agree to 1e-12.
-constexpr double certain_within = 3 * tolerance::place_rounding;
-
 class MeshConvex {
  public:
   /// `margin`: of contacts; that of the pair's options is larger.
@@ -177,7 +174,7 @@ class MeshConvex {
     const Separation& known = search.known;
     for (int i = 0; i < most_turns && !search.is_shortest() && std::isfinite(known.length); ++i) {
       const PairAnswer r = pair_.moved((known.length + tolerance::far_apart * pair_.size()) * known.normal).nearest();
-      if (!(r.signed_distance > 0) || r.normal.dot(known.normal) > tolerance::no_turn) break;
+      if (!(r.signed_distance > 0) || r.normal.dot(known.normal) > tolerance::one_direction) break;
       const double before = known.length;
       along(r.normal);
       if (!(known.length < before * (1 - tolerance::no_shorter))) break;
@@ -268,7 +265,7 @@ class MeshConvex {
     separates = !collide_moved((depth + pair_.translation_slack()) * answer.normal);
     if (!separates && std::isinf(shortest)) find_shortest();
     const double off = std::max(depth - certain, std::isinf(shortest) ? 0.0 : shortest - depth);
-    if (off > certain_within * pair_.size() || !separates) {
+    if (off > pair_.translation_slack() || !separates) {
       answer.status = Status::inexact;
       answer.error_bound = std::max(off, slack);
     }

@@ -66,7 +66,7 @@ PairAnswer depth_as_convex(const Posed& a, const Posed& b, const OverlappingMesh
   const double depth = -convex.signed_distance;
   // For two that only touch, rounding may separate the convex one although it is wedged in.
   const bool separates =
-      is_as_convex(a, b, depth, options.limit) && overlap.is_free((overlap.effort.enough + depth) * convex.normal);
+      holds_as_convex(a, b, depth, options.limit) && overlap.is_free((overlap.enough + depth) * convex.normal);
   return separates ? convex : none;
 }
 
@@ -134,7 +134,7 @@ bool has_one_normal(std::span<const Contact> contacts) {
 bool only_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack, double certain,
                 const NarrowPhaseOptions& options, PairAnswer& answer) {
   if (pairs.empty()) return false;
-  const auto by = parting_translation(a, b, pairs, slack, options);
+  const auto by = separating_translation(a, b, pairs, slack, options);
   if (!by) return false;
   const double length = by->norm();
   answer = {};
@@ -146,20 +146,38 @@ bool only_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pa
   return true;
 }
 
-// Relative to A's translation, which is zero: far from the origin, those of moved bodies would be rounded.
+// The same pair about A's translation: far from the origin, those of moved bodies would be rounded.
+struct AboutA {
+  AboutA(const Posed& a, const Posed& b)
+      : shape_a(a.shape),
+        shape_b(b.shape),
+        pose_a{a.pose.rotation, Vec3::Zero()},
+        pose_b{b.pose.rotation, b.pose.translation - a.pose.translation} {}
+  Posed a() const { return {shape_a, pose_a}; }
+  Posed b() const { return {shape_b, pose_b}; }
+  bool collide_moved(const Vec3& move, const WorkLimit* limit) const {
+    const Pose moved{pose_b.rotation, pose_b.translation + move};
+    return meshes_collide(a(), {shape_b, moved}, limit);
+  }
+
+  const Shape &shape_a, &shape_b;
+  const Pose pose_a, pose_b;
+};
+
+// A's translation is zero.
 PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                          const NarrowPhaseOptions& options) {
   constexpr std::size_t small_meshes = std::size_t{1} << 18;  // product of the numbers of triangles
   const Separation bound = pairs.empty() ? bound_by_surface(a, b, options) : bound_by_triangles(a, b, pairs, options);
   OverlappingMeshes overlap(a, b, pairs, options);
-  if (overlap.is_free((bound.certain + overlap.effort.enough) * bound.normal)) {
+  if (overlap.is_free((bound.certain + overlap.enough) * bound.normal)) {
     PairAnswer answer;
     answer.collide = true;
     answer.signed_distance = -bound.certain;
     answer.normal = bound.normal;
     return with_points(answer, bound.point);
   }
-  if (PairAnswer answer; only_touch(a, b, pairs, overlap.effort.enough, bound.certain, options, answer)) return answer;
+  if (PairAnswer answer; only_touch(a, b, pairs, overlap.enough, bound.certain, options, answer)) return answer;
   SeparationSearch search(overlap, {.certain = bound.certain});
   Separation& known = search.known;
   search.beyond_obstacles();
@@ -189,21 +207,19 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
 bool take_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack,
                 const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts,
                 PairAnswer& answer) {
-  const Pose at_a{a.pose.rotation, Vec3::Zero()}, at_b{b.pose.rotation, b.pose.translation - a.pose.translation};
+  const AboutA about(a, b);
   PairAnswer touch;
-  if (!only_touch({a.shape, at_a}, {b.shape, at_b}, pairs, slack, 0, for_triangles(options), touch)) return false;
-  touch.point_a += a.pose.translation;
-  touch.point_b += a.pose.translation;
+  if (!only_touch(about.a(), about.b(), pairs, slack, 0, for_triangles(options), touch)) return false;
+  move_answer(a.pose.translation, touch, nullptr, 0);
   const double depth = -touch.signed_distance;
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
   contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth > depth; }),
                  contacts.end());
   const auto left = std::span(contacts).subspan(first);
-  const auto deepest = std::max_element(left.begin(), left.end(),
-                                        [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
+  const auto deepest =
+      std::max_element(left.begin(), left.end(), [](const Contact& x, const Contact& y) { return x.depth < y.depth; });
   const auto separates = [&](const Contact& c) {
-    const Pose moved{at_b.rotation, at_b.translation + (c.depth + slack) * c.normal};
-    return c.depth >= 0 && !meshes_collide({a.shape, at_a}, {b.shape, moved}, options.limit);
+    return c.depth >= 0 && !about.collide_moved((c.depth + slack) * c.normal, options.limit);
   };
   if (deepest == left.end() || !separates(*deepest)) contacts.push_back(contact_of(touch, of_no_feature));
   answer = from_deepest(contacts, first);
@@ -217,10 +233,9 @@ bool take_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pa
 
 PairAnswer depth_of_meshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                            const NarrowPhaseOptions& options) {
-  const Pose at_a{a.pose.rotation, Vec3::Zero()}, at_b{b.pose.rotation, b.pose.translation - a.pose.translation};
-  PairAnswer answer = depth_about_a({a.shape, at_a}, {b.shape, at_b}, pairs, for_triangles(options));
-  answer.point_a += a.pose.translation;
-  answer.point_b += a.pose.translation;
+  const AboutA about(a, b);
+  PairAnswer answer = depth_about_a(about.a(), about.b(), pairs, for_triangles(options));
+  move_answer(a.pose.translation, answer, nullptr, 0);
   return answer;
 }
 
@@ -236,11 +251,8 @@ PairAnswer bounded_contacts(const Posed& a, const Posed& b, std::span<const Tria
     return answer;
   }
   const auto found = [&] { return std::span(contacts).subspan(first); };
-  // Relative to A's translation: far from the origin, B's would be rounded.
-  const Pose at_a{a.pose.rotation, Vec3::Zero()};
-  const Pose moved{b.pose.rotation, b.pose.translation - a.pose.translation + (depth + slack) * answer.normal};
   double shortest = depth, certain = 0;  // the true depth lies between
-  const bool separates = !meshes_collide({a.shape, at_a}, {b.shape, moved}, options.limit);
+  const bool separates = !AboutA(a, b).collide_moved((depth + slack) * answer.normal, options.limit);
   if (separates) {
     certain = certain_depth(a, b, pairs, found(), for_triangles(options));
   } else {

@@ -109,7 +109,7 @@ bool contacts_of_hulls(const Collision& c, PairAnswer& answer, std::vector<Conta
   if (!c.mesh_a().own_hull(c.options.limit) || !c.mesh_b().own_hull(c.options.limit)) return false;
   const std::size_t first = contacts.size();
   answer = overlap_of_hulls(c.a, c.b, Request::contacts, c.options, &contacts);
-  if (contacts.size() > first && is_as_hulls(c.a, c.b, -answer.signed_distance, c.options.limit)) return true;
+  if (contacts.size() > first && holds_as_hulls(c.a, c.b, -answer.signed_distance, c.options.limit)) return true;
   contacts.resize(first);
   return false;
 }
@@ -120,7 +120,7 @@ bool contacts_as_convex(const Collision& c, PairAnswer& answer, PatchSides& side
   const std::size_t first = contacts.size();
   answer = overlap_as_convex(c.a, c.b, Request::contacts, c.options, &contacts);
   if (contacts.size() == first) return false;
-  if (is_as_convex(c.a, c.b, -answer.signed_distance, c.options.limit)) return true;
+  if (holds_as_convex(c.a, c.b, -answer.signed_distance, c.options.limit)) return true;
   contacts.resize(first);
   sides = c.add_patches(contacts);
   // The translation through the surface into its interior may be shorter.
@@ -162,7 +162,7 @@ PairAnswer distance_of_collision(const Collision& c) {
     return overlap_as_convex(c.a, c.b, Request::distance, c.options, nullptr);
   if (c.mesh_a().own_hull(c.options.limit) && c.mesh_b().own_hull(c.options.limit)) {
     const PairAnswer hulls = overlap_of_hulls(c.a, c.b, Request::distance, c.options, nullptr);
-    if (is_as_hulls(c.a, c.b, -hulls.signed_distance, c.options.limit)) return hulls;
+    if (holds_as_hulls(c.a, c.b, -hulls.signed_distance, c.options.limit)) return hulls;
   }
   return depth_of_meshes(c.a, c.b, c.pairs, c.options);
 }

@@ -86,7 +86,7 @@ std::vector<std::uint32_t> places_in_use(const MeshModel& mesh) {
   std::vector<std::uint32_t> places;
   places.reserve(3 * mesh.triangles.size());
   for (const auto& t : mesh.triangles)
-    for (const std::uint32_t v : t) places.push_back(mesh.stands_for.empty() ? v : mesh.stands_for[v]);
+    for (const std::uint32_t v : t) places.push_back(mesh.representative(v));
   std::sort(places.begin(), places.end());
   places.erase(std::unique(places.begin(), places.end()), places.end());
   return places;

@@ -112,8 +112,6 @@ struct WindingNumber::Insides {
     return {edges.data() + first[at], count[at]};
   }
 
-  std::uint32_t one_of(std::uint32_t v) const { return mesh.stands_for.empty() ? v : mesh.stands_for[v]; }
-
   // The border of all below a node; those of its inner children are stored.
   std::vector<BorderEdge> border_of(std::uint32_t node) {
     std::vector<BorderEdge> all;
@@ -121,7 +119,8 @@ struct WindingNumber::Insides {
       const std::uint32_t ref = child_ref(node, k);
       if (is_leaf(mesh, ref)) {
         const auto& v = triangles[leaf_triangle(mesh, ref)];
-        for (std::size_t i = 0; i < 3; ++i) all.push_back(edge(one_of(v[i]), one_of(v[(i + 1) % 3])));
+        for (std::size_t i = 0; i < 3; ++i)
+          all.push_back(edge(mesh.representative(v[i]), mesh.representative(v[(i + 1) % 3])));
         continue;
       }
       const std::vector<BorderEdge> below = border_of(node_under(mesh, ref));

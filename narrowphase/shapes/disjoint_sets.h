@@ -13,7 +13,8 @@ namespace tandem {
 /// algorithm, 1975, with path halving). A set is represented by its least number, in whatever order it was joined.
 class DisjointSets {
  public:
-  DisjointSets(std::size_t n, std::pmr::memory_resource* memory) : parent_(n, memory) {
+  explicit DisjointSets(std::size_t n, std::pmr::memory_resource* memory = std::pmr::get_default_resource())
+      : parent_(n, memory) {
     std::iota(parent_.begin(), parent_.end(), 0u);
   }
   std::uint32_t find(std::uint32_t i) {

@@ -136,9 +136,9 @@ MassProperties hull_mass(const Hull& hull) {
 MassProperties mesh_mass(const MeshModel& mesh) {
   MassProperties mass;
   VolumeSum sum(mesh.centre);
-  const auto one_of = [&](std::uint32_t v) { return mesh.stands_for.empty() ? v : mesh.stands_for[v]; };
   const bool closed = mesh.closed && std::none_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const auto& t) {
-                        const std::uint32_t p = one_of(t[0]), q = one_of(t[1]), r = one_of(t[2]);
+                        const std::uint32_t p = mesh.representative(t[0]), q = mesh.representative(t[1]),
+                                            r = mesh.representative(t[2]);
                         return p == q || q == r || r == p;
                       });
   for (std::uint32_t i = 0; closed && i < mesh.triangles.size(); ++i) {

@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "shapes/disjoint_sets.h"
 #include "shapes/hull.h"
 #include "shapes/hull_builder.h"
 #include "shapes/mesh_edges.h"
@@ -30,27 +31,17 @@ void turn_all(MeshModel& mesh) {
 // Numbers of connected components, for each vertex: vertices connected by triangles have one number, unused vertices
 // none; numbered in the order of the triangles.
 std::vector<std::uint32_t> numbers_of_components(const MeshModel& mesh, WorkMeter& meter) {
-  std::vector<std::uint32_t> parent = mesh.stands_for;
-  if (parent.empty()) {
-    parent.resize(mesh.vertices.size());
-    std::iota(parent.begin(), parent.end(), 0u);
-  }
-  const auto root = [&](std::uint32_t v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
+  DisjointSets sets(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < mesh.representatives.size(); ++v) sets.join(v, mesh.representatives[v]);
   for (const auto& t : mesh.triangles) {
     meter.spend();
-    for (std::size_t k = 1; k < 3; ++k) {
-      const std::uint32_t p = root(t[0]), q = root(t[k]);
-      parent[std::max(p, q)] = std::min(p, q);
-    }
+    for (std::size_t k = 1; k < 3; ++k) sets.join(t[0], t[k]);
   }
   std::vector<std::uint32_t> number(mesh.vertices.size(), no_index), component(mesh.vertices.size(), no_index);
   std::uint32_t count = 0;
   for (const auto& t : mesh.triangles) {
     meter.spend();
-    std::uint32_t& at = number[root(t[0])];
+    std::uint32_t& at = number[sets.find(t[0])];
     if (at == no_index) at = count++;
     for (const std::uint32_t v : t) component[v] = at;
   }
@@ -75,7 +66,8 @@ std::vector<MeshModel::Component> extremes_of_components(const MeshModel& mesh,
   return components;
 }
 
-double six_volumes(const MeshModel& mesh, std::span<const Vec3> vertices, const Vec3& about, const PartRunner& parts) {
+double six_volumes(const MeshModel& mesh, std::span<const Vec3> vertices, const PartRunner& parts) {
+  const Vec3 about = mesh.centre;
   std::vector<double> sums(chunks(mesh.triangles.size(), elements_per_chunk), 0);
   run_chunks(parts, mesh.triangles.size(), elements_per_chunk, [&](std::size_t k, std::size_t begin, std::size_t end) {
     double sum = 0;
@@ -214,14 +206,13 @@ MeshHull hull_of_points(const UsedPoints& used, const WorkLimit* limit) {
 }
 
 // Determines the neighbours of triangles, and orients connected ones alike. Returns the representative of each vertex.
-std::vector<std::uint32_t> add_surface(MeshModel& model, const MeshFrame& frame, const PartRunner& parts,
-                                       BuildMeter& meter) {
-  std::vector<std::uint32_t> first = join_triangles(model, frame, parts, meter);
-  if (!model.solid && model.closed && six_volumes(model, model.vertices, model.centre, parts) < 0) turn_all(model);
-  for (std::uint32_t v = 0; v < first.size() && model.stands_for.empty(); ++v)
-    if (first[v] != v) model.stands_for = first;
+std::vector<std::uint32_t> add_surface(MeshModel& model, const PartRunner& parts, BuildMeter& meter) {
+  std::vector<std::uint32_t> first = join_triangles(model, parts, meter);
+  if (!model.solid && model.closed && six_volumes(model, model.vertices, parts) < 0) turn_all(model);
+  for (std::uint32_t v = 0; v < first.size() && model.representatives.empty(); ++v)
+    if (first[v] != v) model.representatives = first;
   if (!model.solid) return first;
-  if (const auto volume = inside_out(model, model.vertices, frame, parts))
+  if (const auto volume = inside_out(model, model.vertices, parts))
     refuse("solid, but its volume is " + std::to_string(*volume) +
            "; it must not be negative (triangles counterclockwise seen from outside)");
   return first;
@@ -236,10 +227,9 @@ std::vector<std::uint8_t> vertices_in_use(const MeshModel& mesh) {
   return used;
 }
 
-std::optional<double> inside_out(const MeshModel& mesh, std::span<const Vec3> vertices, const MeshFrame& frame,
-                                 const PartRunner& parts) {
-  const double volumes = six_volumes(mesh, vertices, frame.centre, parts);
-  if (!(volumes < -tolerance::inside_out * frame.half.squaredNorm() * frame.half.norm())) return std::nullopt;
+std::optional<double> inside_out(const MeshModel& mesh, std::span<const Vec3> vertices, const PartRunner& parts) {
+  const double volumes = six_volumes(mesh, vertices, parts);
+  if (!(volumes < -tolerance::inside_out * mesh.half.squaredNorm() * mesh.half.norm())) return std::nullopt;
   return volumes / 6;
 }
 
@@ -275,7 +265,7 @@ ShapeMemory MeshModel::memory() const {
   const auto bytes = [](const auto&... list) { return (std::size_t(0) + ... + (list.capacity() * sizeof(list[0]))); };
   ShapeMemory memory;
   memory.surface = bytes(vertices, triangles);
-  memory.adjacency = bytes(stands_for);
+  memory.adjacency = bytes(representatives);
   if (const Neighbours* made = neighbours_->made()) memory.adjacency += bytes(*made);
   memory.hierarchy = bytes(nodes, blocks, boxes, slabs, order);
   if (const MeshHull* made = hull_.made()) memory.hull = sizeof(MeshHull) + made->hull.memory() + bytes(made->extreme);
@@ -290,14 +280,13 @@ ShapeMemory MeshModel::memory() const {
 MeshModel build_mesh(Mesh mesh, const BuildOptions& options, std::vector<std::uint32_t>* first) {
   const std::size_t count = mesh.triangles.size();
   BuildMeter meter(options, joining_work(count) + hierarchy_work(count));
-  const MeshFrame frame(checked_extent(mesh, options.parts));
-  meter.spend(0);
   MeshModel model;
+  model.frame() = MeshFrame(checked_extent(mesh, options.parts));
+  meter.spend(0);
   model.vertices = std::move(mesh.vertices);
   model.triangles = std::move(mesh.triangles);
   model.solid = mesh.solid;
-  model.centre = frame.centre, model.half = frame.half, model.unit = frame.unit;
-  std::vector<std::uint32_t> welded = add_surface(model, frame, options.parts, meter);
+  std::vector<std::uint32_t> welded = add_surface(model, options.parts, meter);
   build_hierarchy(model, options.parts, meter);
   meter.finish();
   if (first != nullptr) *first = std::move(welded);

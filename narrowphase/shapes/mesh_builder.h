@@ -21,8 +21,8 @@ MeshModel build_mesh(Mesh mesh, const BuildOptions& options = {}, std::vector<st
 /// For each vertex whether a triangle uses it.
 std::vector<std::uint8_t> vertices_in_use(const MeshModel& mesh);
 
-/// The volume of the closed mesh with these vertices if it is negative: the mesh is inside out.
-std::optional<double> inside_out(const MeshModel& mesh, std::span<const Vec3> vertices, const MeshFrame& frame,
-                                 const PartRunner& parts = {});
+/// The volume of the closed mesh with these vertices, of which it has the frame, if it is negative: the mesh is inside
+/// out.
+std::optional<double> inside_out(const MeshModel& mesh, std::span<const Vec3> vertices, const PartRunner& parts = {});
 
 }  // namespace tandem

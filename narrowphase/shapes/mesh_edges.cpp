@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <sstream>
@@ -182,13 +181,12 @@ void turn_alike(MeshModel& mesh, const SideLists& lists, BuildMeter& meter) {
 
 // Merges corners of a surface's borders that differ only by rounding: such seams arise when the corners of each
 // triangle are computed separately. Returns true if there are any.
-bool weld_seams(const MeshModel& mesh, const MeshFrame& frame, std::vector<std::uint32_t> ends,
-                std::vector<std::uint32_t>& first) {
+bool weld_seams(const MeshModel& mesh, std::vector<std::uint32_t> ends, std::vector<std::uint32_t>& first) {
   std::sort(ends.begin(), ends.end());
   ends.erase(std::unique(ends.begin(), ends.end()), ends.end());
 
   using Cell = std::array<std::int64_t, 3>;
-  const double tolerance = seam_tolerance(frame);
+  const double tolerance = seam_tolerance(mesh);
   if (ends.empty() || !(tolerance > 0)) return false;
   const auto cell = [&](const Vec3& p) {
     const Vec3 q = (p / (2 * tolerance)).array().floor();
@@ -221,15 +219,14 @@ bool weld_seams(const MeshModel& mesh, const MeshFrame& frame, std::vector<std::
 
 }  // namespace
 
-std::vector<std::uint32_t> join_triangles(MeshModel& mesh, const MeshFrame& frame, const PartRunner& parts,
-                                          BuildMeter& meter) {
+std::vector<std::uint32_t> join_triangles(MeshModel& mesh, const PartRunner& parts, BuildMeter& meter) {
   std::vector<std::uint32_t> first = weld(mesh.vertices, parts, &meter);
   const auto survey = [&] { return survey_edges(mesh, SideLists(mesh, first, parts, meter), parts, meter); };
   Survey found = survey();
   if (mesh.solid) {
     if (found.open) throw std::invalid_argument("mesh: " + *found.open);
   } else {
-    if (weld_seams(mesh, frame, std::move(found.border), first)) found = survey();
+    if (weld_seams(mesh, std::move(found.border), first)) found = survey();
     if (found.against) {
       turn_alike(mesh, SideLists(mesh, first, parts, meter), meter);
       survey();
@@ -243,11 +240,8 @@ std::vector<std::uint32_t> join_triangles(MeshModel& mesh, const MeshFrame& fram
 MeshModel::Neighbours find_neighbours(const MeshModel& mesh, const WorkLimit* limit) {
   const BuildOptions options{.limit = limit};
   BuildMeter meter(options, joining_work(mesh.triangles.size()));
-  std::vector<std::uint32_t> first = mesh.stands_for;
-  if (first.empty()) {
-    first.resize(mesh.vertices.size());
-    std::iota(first.begin(), first.end(), 0u);
-  }
+  std::vector<std::uint32_t> first(mesh.vertices.size());
+  for (std::uint32_t v = 0; v < first.size(); ++v) first[v] = mesh.representative(v);
   const SideLists lists(mesh, first, {}, meter);
   MeshModel::Neighbours neighbours(mesh.triangles.size(), {no_index, no_index, no_index});
   run_chunks({}, lists.vertices(), elements_per_chunk, [&](std::size_t, std::size_t begin, std::size_t end) {

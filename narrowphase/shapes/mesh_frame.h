@@ -15,13 +15,13 @@ struct Extent {
   void add(const Extent& o) { lo = lo.cwiseMin(o.lo), hi = hi.cwiseMax(o.hi); }
 };
 
-/// The centre and unit of a mesh's hierarchy, as in MeshModel.
+/// The bounding box of a mesh and the unit of its hierarchy.
 struct MeshFrame {
-  Vec3 centre, half;
-  double unit = 1;
+  MeshFrame() = default;
   explicit MeshFrame(const Extent& box);
-  MeshFrame(const Vec3& its_centre, const Vec3& its_half, double its_unit)
-      : centre(its_centre), half(its_half), unit(its_unit) {}
+
+  Vec3 centre = Vec3::Zero(), half = Vec3::Zero();  ///< of the bounding box
+  double unit = 1;                                  ///< a power of two, at least the largest half
 };
 
 /// The largest distance, along an axis, of two border vertices of a surface that count as one; metres.

@@ -9,6 +9,7 @@
 #include "shapes/hull.h"
 #include "shapes/kept_cosines.h"
 #include "shapes/lazily.h"
+#include "shapes/mesh_frame.h"
 #include "shapes/normal_cones.h"
 #include "shapes/uninitialised.h"
 #include "tandem/narrowphase/shape.h"
@@ -17,6 +18,14 @@
 namespace tandem {
 
 inline constexpr std::uint32_t no_index = 0xffffffffu;
+
+using Corners = std::array<Vec3, 3>;  ///< of a triangle
+
+/// Perpendicular to a triangle, to the side from which its corners run counterclockwise, twice its area long.
+inline Vec3 area_vector(const Corners& p) { return (p[1] - p[0]).cross(p[2] - p[0]); }
+
+inline double least_along(const Vec3& d, const Corners& p) { return std::min({d.dot(p[0]), d.dot(p[1]), d.dot(p[2])}); }
+inline double most_along(const Vec3& d, const Corners& p) { return std::max({d.dot(p[0]), d.dot(p[1]), d.dot(p[2])}); }
 
 inline constexpr std::size_t mesh_lanes = 8;
 inline constexpr std::size_t most_mesh_levels = 64;  ///< of a hierarchy: MeshModel::depth is less
@@ -86,7 +95,9 @@ struct InnerCapsule {
 
 /// A checked mesh with the data that queries need, built once except for data that only some queries need. Immutable
 /// when shared.
-struct MeshModel {
+struct MeshModel : MeshFrame {
+  MeshFrame& frame() { return *this; }
+
   std::vector<Vec3> vertices;
   /// Triangles, consistently oriented if possible, those of a closed surface outward.
   std::vector<std::array<std::uint32_t, 3>> triangles;
@@ -125,11 +136,9 @@ struct MeshModel {
   using Component = std::array<std::uint32_t, 6>;
   const std::vector<Component>& components(const WorkLimit* limit = nullptr) const;  ///< computed like the hull
   /// For each vertex the first of those that coincide with it; empty if none do.
-  std::vector<std::uint32_t> stands_for;
+  std::vector<std::uint32_t> representatives;
+  std::uint32_t representative(std::uint32_t v) const { return representatives.empty() ? v : representatives[v]; }
 
-  Vec3 centre = Vec3::Zero();         ///< of the bounding box
-  Vec3 half = Vec3::Zero();           ///< of the bounding box
-  double unit = 1;                    ///< a power of two, at least the largest half
   UninitialisedList<MeshNode> nodes;  ///< the root is nodes[0]
   UninitialisedList<TriangleBlock> blocks;
   UninitialisedList<ChildBoxes> boxes;
@@ -152,7 +161,7 @@ struct MeshModel {
 
   ShapeMemory memory() const;
 
-  std::array<Vec3, 3> corners(std::uint32_t triangle) const {
+  Corners corners(std::uint32_t triangle) const {
     const auto& t = triangles[triangle];
     return {vertices[t[0]], vertices[t[1]], vertices[t[2]]};
   }

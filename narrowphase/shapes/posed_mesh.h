@@ -15,8 +15,6 @@ struct Posed {
 
 inline bool has_triangles(const Shape& s) { return s.kind() == ShapeKind::mesh || s.kind() == ShapeKind::triangle; }
 
-using Corners = std::array<Vec3, 3>;
-
 /// An upper bound on the absolute coordinates of the vertices.
 inline double reach(const MeshModel& mesh) { return (mesh.centre.cwiseAbs() + mesh.half).maxCoeff(); }
 

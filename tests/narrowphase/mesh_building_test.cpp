@@ -102,7 +102,7 @@ TEST_CASE("building: which triangles lie side by side is the same on any number 
       const MeshModel shared = build_mesh(input, {.parts = runner});
       CHECK(same_bytes(shared.neighbours(), alone.neighbours()));
       CHECK(same_bytes(shared.triangles, alone.triangles));
-      CHECK(same_bytes(shared.stands_for, alone.stands_for));
+      CHECK(same_bytes(shared.representatives, alone.representatives));
       CHECK(same_bytes(shared.order, alone.order));
       CHECK(same_bytes(shared.blocks, alone.blocks));
       CHECK(same_bytes(shared.components(), alone.components()));

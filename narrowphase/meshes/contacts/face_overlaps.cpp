@@ -58,7 +58,7 @@ CoplanarFacets coplanar_facets(const PosedMeshes& m, std::span<const Facet> face
   }
   std::sort(face.facets.begin(), face.facets.end(),
             [](const Facet& x, const Facet& y) { return x.triangle < y.triangle; });
-  for (const Facet& f : face.facets) face.area += (f.p[1] - f.p[0]).cross(f.p[2] - f.p[0]).norm() / 2;
+  for (const Facet& f : face.facets) face.area += area_vector(f.p).norm() / 2;
   return face;
 }
 

@@ -73,7 +73,9 @@ class GapContacts {
 
   /// Adds two triangles that do not intersect.
   void add(const TrianglePair& pair, const Nearest& near) {
-    Near found{near, direction(pair, near), pair};
+    const Vec3 normal = direction_between(near, corners_of_a(pair[0]), Pose{}, corners_of_b(pair[1]), Pose{},
+                                          reach(mesh_a_) + reach(mesh_b_), {});
+    const Near found{near, normal, pair};
     if (near.distance < nearest_.points.distance) nearest_ = found;
     if (is_nearest_around(found)) add_patch(found);
   }
@@ -106,18 +108,6 @@ class GapContacts {
     Corners c = mesh_b_.corners(t);
     for (Vec3& v : c) v = b_.pose.rotation * v + between_;
     return c;
-  }
-
-  // The direction between the points; where they are so close that rounding would turn it, that of the triangles'
-  // features.
-  Vec3 direction(const TrianglePair& pair, const Nearest& near) const {
-    if (near.distance > tolerance::noisy_difference * (reach(mesh_a_) + reach(mesh_b_)))
-      return unit(near.on_b - near.on_a, near.distance);
-    const Corners p = corners_of_a(pair[0]), q = corners_of_b(pair[1]);
-    const Vec3 normal =
-        solve_convex(TriangleView(p), Pose{}, TriangleView(q), Pose{}, Request::distance, {}, nullptr).normal;
-    if (normal.norm() > 0.5) return normal;
-    return near.distance > 0 ? unit(near.on_b - near.on_a, near.distance) : Vec3::UnitZ();
   }
 
   // True if no point of either surface around these two is nearer to the other one.

@@ -94,7 +94,7 @@ Sides add_patches(const PosedMeshes& m, std::span<const TrianglePair> pairs, con
   overlaps.finish(Vec3::Zero(), false, contacts);
   for (std::size_t c = first; c < contacts.size(); ++c) sides.deepest = std::max(sides.deepest, contacts[c].depth);
   if (sides.deepest > 0.25 * std::min(m.a.half.norm(), m.b.half.norm()) ||
-      sides.deepest < tolerance::no_depth * (m.a.half + m.b.half).norm())
+      sides.deepest < tolerance::translation_slack * (m.a.half + m.b.half).norm())
     sides.sure = false;
   return sides;
 }

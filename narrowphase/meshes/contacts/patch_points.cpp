@@ -20,10 +20,7 @@ namespace {
 // The rounding error of the area of a patch's curve: its points lie in both triangles' planes to rounding, less exactly
 // the smaller the angle between these.
 double noise_of(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings) {
-  const auto normal = [&](bool of_a, std::uint32_t t) {
-    const auto p = m.corners(of_a, t);
-    return unit((p[1] - p[0]).cross(p[2] - p[0]));
-  };
+  const auto normal = [&](bool of_a, std::uint32_t t) { return unit(area_vector(m.corners(of_a, t))); };
   const double off = 8 * epsilon * (m.a.half + m.b.half).norm() + m.frame.delta();
   double noise = 0;
   WorkMeter meter(m.limit);
@@ -59,7 +56,7 @@ bool is_ridge(const MeshModel& mesh, std::uint32_t t, std::uint32_t corner) {
   const std::uint32_t next = mesh.neighbours()[t][corner];
   if (next == no_index || !mesh.closed) return true;
   const auto p = mesh.corners(t), q = mesh.corners(next);
-  const Vec3 n = (p[1] - p[0]).cross(p[2] - p[0]);
+  const Vec3 n = area_vector(p);
   const auto& back = mesh.neighbours()[next];
   const auto shared = static_cast<std::size_t>(std::find(back.begin(), back.end(), t) - back.begin());
   return n.dot(q[(shared + 2) % 3] - p[0]) < -tolerance::in_plane * n.norm() * mesh.half.norm();
@@ -133,7 +130,7 @@ class DepthProbe {
         const auto [low_x, high_x] = std::minmax({f.x[0], f.x[1], f.x[2]});
         const auto [low_y, high_y] = std::minmax({f.y[0], f.y[1], f.y[2]});
         const double slack = 4 * edge * (high_x - low_x + high_y - low_y) +
-                             tolerance::place_rounding_of_nearest * (std::abs(f.x[0]) + std::abs(f.y[0]));
+                             tolerance::place_rounding * (std::abs(f.x[0]) + std::abs(f.y[0]));
         boxes_[of_a].push_back({low_x - slack, high_x + slack, low_y - slack, high_y + slack});
         flats_[of_a].push_back(f);
       }

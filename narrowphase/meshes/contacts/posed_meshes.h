@@ -53,7 +53,7 @@ using Facets = std::array<std::span<const Facet>, 2>;
 
 inline Facet facet_of(const PosedMeshes& m, bool of_a, std::uint32_t t) {
   Facet f{t, m.corners(of_a, t), Vec3::Zero()};
-  const Vec3 area = (f.p[1] - f.p[0]).cross(f.p[2] - f.p[0]);
+  const Vec3 area = area_vector(f.p);
   if (const double length = area.norm(); length > 0) f.n = unit(m.turned(of_a) == of_a ? Vec3(-area) : area, length);
   return f;
 }

@@ -106,17 +106,10 @@ class Touching {
   }
 
   static Faces faces(const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& q) {
-    const auto normal = [](const std::array<Vec3, 3>& t) {
-      return (t[1] - t[0]).cross(t[2] - t[0]).stableNormalized();
-    };
-    return {p, q, normal(p), normal(q)};
+    return {p, q, area_vector(p).stableNormalized(), area_vector(q).stableNormalized()};
   }
 
-  static double overlap(const Faces& f, const Vec3& n) {
-    const auto along = [&n](const Vec3& v) { return n.dot(v); };
-    return std::max({along(f.a[0]), along(f.a[1]), along(f.a[2])}) -
-           std::min({along(f.b[0]), along(f.b[1]), along(f.b[2])});
-  }
+  static double overlap(const Faces& f, const Vec3& n) { return most_along(n, f.a) - least_along(n, f.b); }
 
   bool blocks(const Faces& f, const Vec3& n) const {
     // A solid must not be pushed into.

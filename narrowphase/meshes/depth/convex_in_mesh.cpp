@@ -11,20 +11,12 @@
 namespace tandem {
 namespace {
 
-SearchEffort effort_of_convex(const MeshConvexPair& pair) {
-  return {.enough = pair.translation_slack(),
-          .least_reach = 0.5,
-          .rounds = 8,
-          .plane_reach = infinity,
-          .margin = 0,
-          .plane_slack = pair.slack(),
-          .trust_planes = true};
-}
+constexpr SearchEffort effort_of_convex{
+    .least_reach = 0.5, .rounds = 8, .plane_reach = infinity, .margin = 0, .plane_slack = 1, .trust_planes = true};
 
 }  // namespace
 
-ConvexInMesh::ConvexInMesh(const MeshConvexPair& pair)
-    : OverlappingPair(pair.size(), effort_of_convex(pair)), pair_(pair) {}
+ConvexInMesh::ConvexInMesh(const MeshConvexPair& pair) : OverlappingPair(pair.size(), effort_of_convex), pair_(pair) {}
 
 // True if a slightly longer translation along d is free, too. In a wedge it is not, since the other side blocks it.
 bool ConvexInMesh::leads_on(double length, const Vec3& d) const {
@@ -47,7 +39,7 @@ double ConvexInMesh::free_length(const Vec3& d, const Separation& known) const {
     ClearPlanes clear;
     there.each_near(0, [&](std::uint32_t t) {
       const Corners p = there.corners(t);
-      const double level = std::max({d.dot(p[0]), d.dot(p[1]), d.dot(p[2])}) - low;
+      const double level = most_along(d, p) - low;
       if (!(level > next) || clear.separate(p, pair_.slack())) return false;
       const TriangleBound bound = there.bound(p);
       if (!bound.overlaps && bound.gap > pair_.slack()) {

@@ -21,16 +21,13 @@ struct SurfaceSample {
 
 // Sample points that each stand for an equal area, in the order of the hierarchy, so that they cover the surface.
 std::vector<SurfaceSample> surface_samples(const MeshModel& mesh, std::size_t most) {
-  const auto area_of = [&](std::uint32_t t) -> Vec3 {
-    const Corners c = mesh.corners(t);
-    return (c[1] - c[0]).cross(c[2] - c[0]);
-  };
   double total = 0;
-  for (const std::uint32_t t : mesh.order) total += area_of(t).norm();
+  for (const std::uint32_t t : mesh.order) total += area_vector(mesh.corners(t)).norm();
   std::vector<SurfaceSample> samples;
   double passed = 0;
   for (const std::uint32_t t : mesh.order) {
-    const Vec3 area = area_of(t);
+    const Corners c = mesh.corners(t);
+    const Vec3 area = area_vector(c);
     const double size = area.norm();
     passed += size;
     while (size > 0 && samples.size() < most &&
@@ -40,7 +37,6 @@ std::vector<SurfaceSample> surface_samples(const MeshModel& mesh, std::size_t mo
       const auto k = static_cast<double>(samples.size());
       double u = std::fmod(0.5 + 0.7548776662466927 * k, 1), v = std::fmod(0.5 + 0.5698402909980532 * k, 1);
       if (u + v > 1) u = 1 - u, v = 1 - v;
-      const Corners c = mesh.corners(t);
       samples.push_back({c[0] + u * (c[1] - c[0]) + v * (c[2] - c[0]), area / size});
     }
   }

@@ -36,7 +36,7 @@ bool MeshFeatures::is_edge(std::uint32_t t, std::size_t k) const {
   if (next == no_index) return true;
   if (next < t) return false;
   const Corners p = mesh_.corners(t);
-  return !lies_in_plane(mesh_, next, unit((p[1] - p[0]).cross(p[2] - p[0])), p[0], slack_);
+  return !lies_in_plane(mesh_, next, unit(area_vector(p)), p[0], slack_);
 }
 
 // From a corner of t straight on, from edge to edge.

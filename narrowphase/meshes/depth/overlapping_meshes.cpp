@@ -18,16 +18,12 @@
 namespace tandem {
 namespace {
 
-SearchEffort effort_of_meshes(double size) {
-  const double slack = tolerance::place_rounding * size;
-  return {.enough = tolerance::translation_slack * size,
-          .least_reach = tolerance::least_reach,
-          .rounds = 12,
-          .plane_reach = 0.02 * size,
-          .margin = 4 * slack,
-          .plane_slack = slack / 8,
-          .trust_planes = false};
-}
+constexpr SearchEffort effort_of_meshes{.least_reach = tolerance::least_reach,
+                                        .rounds = 12,
+                                        .plane_reach = 0.02,
+                                        .margin = 4,
+                                        .plane_slack = 1.0 / 8,
+                                        .trust_planes = false};
 
 // A border edge of a face in a pose, with its distance from the point where the face is pierced.
 struct Border : Edge {
@@ -79,15 +75,13 @@ class SeparatingPlanes {
   std::size_t last_ = 0;
 };
 
-double gap_along(const Vec3& n, const Corners& s, const Corners& t) {
-  return std::min({n.dot(t[0]), n.dot(t[1]), n.dot(t[2])}) - std::max({n.dot(s[0]), n.dot(s[1]), n.dot(s[2])});
-}
+double gap_along(const Vec3& n, const Corners& s, const Corners& t) { return least_along(n, t) - most_along(n, s); }
 
 }  // namespace
 
 OverlappingMeshes::OverlappingMeshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                                      const NarrowPhaseOptions& options)
-    : OverlappingPair(a.shape.size() + b.shape.size(), effort_of_meshes(a.shape.size() + b.shape.size())),
+    : OverlappingPair(a.shape.size() + b.shape.size(), effort_of_meshes),
       a_(a),
       b_(b),
       pairs_(pairs),
@@ -219,7 +213,7 @@ bool OverlappingMeshes::separating_planes(const Vec3& at, double reach, std::vec
   const MeshModel &ma = mesh(true), &mb = mesh(false);
   const Mat3 &turn_a = a_.pose.rotation, &turn_b = b_.pose.rotation;
   const Vec3 shift = between_ + at;
-  const double far = reach + tolerance::askew_place * size;  // rotations may be slightly inexact
+  const double far = reach + tolerance::askew * size;  // rotations may be slightly inexact
   SeparatingPlanes known;
   WorkMeter meter(options_.limit);
   planes.clear();

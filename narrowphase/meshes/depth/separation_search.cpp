@@ -57,11 +57,11 @@ void SeparationSearch::shorten() {
   double ahead = tolerance::far_apart * pair_.size;
   for (int i = 0; i < effort.rounds; ++i, ahead = std::max(0.1 * ahead, tolerance::least_apart * pair_.size)) {
     const Vec3 at = (known.length + ahead) * known.normal;
-    const double reach = std::isfinite(effort.plane_reach) ? effort.plane_reach : known.length + ahead;
+    const double reach = std::isfinite(effort.plane_reach) ? effort.plane_reach * pair_.size : known.length + ahead;
     Vec3 to;
     if (!pair_.separating_planes(at, reach, planes)) break;
-    for (Constraint& plane : planes) plane.bound += effort.margin;
-    if (!shortest_feasible(planes, effort.plane_slack, to)) break;
+    for (Constraint& plane : planes) plane.bound += effort.margin * pair_.slack;
+    if (!shortest_feasible(planes, effort.plane_slack * pair_.slack, to)) break;
     if (const double step = (to - at).norm(); step > reach) to = at + (0.999 * reach / step) * (to - at);
     const double length = to.norm();
     if (!(length > 0 && length < known.length - pair_.slack)) break;

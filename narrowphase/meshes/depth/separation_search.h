@@ -21,13 +21,12 @@ struct Separation {
 
 /// Parameters of the search that depend on the kind of pair, whose queries differ in cost.
 struct SearchEffort {
-  double enough;        ///< how much longer than the lower bound a translation may be to count as the shortest, metres
-  double least_reach;   ///< of constraints that bound the length from below, relative to it
-  int rounds;           ///< number of iterations with planes about the end of the translation
-  double plane_reach;   ///< radius about it, metres; infinity: the length of the translation
-  double margin;        ///< distance by which a translation ends beyond the obstacle, metres; 0: on it
-  double plane_slack;   ///< precision of the planes, metres
-  bool trust_planes;    ///< a translation by planes is tested only at the end
+  double least_reach;  ///< of constraints that bound the length from below, relative to it
+  int rounds;          ///< number of iterations with planes about the end of the translation
+  double plane_reach;  ///< of planes about the end of a translation, relative to the size; infinity: its length
+  double margin;       ///< distance by which a translation ends beyond the obstacle, in `slack`; 0: on it
+  double plane_slack;  ///< precision of the planes, in `slack`
+  bool trust_planes;   ///< a translation by planes is tested only at the end
 };
 
 /// Two overlapping bodies, as queries of the search. B moves, in axes chosen by the pair.
@@ -38,6 +37,7 @@ class OverlappingPair {
 
   const double size;  ///< of both, metres
   const double slack = tolerance::place_rounding * size;
+  const double enough = tolerance::translation_slack * size;  ///< over the lower bound counts as the shortest, metres
   const SearchEffort effort;
 
   /// A slightly longer translation: the given one may end touching both the obstacle that B leaves and the next, with
@@ -71,7 +71,7 @@ class SeparationSearch {
   Separation known;
 
   /// True if the known translation is the shortest, to the required precision.
-  bool is_shortest() const { return known.length <= known.certain + pair_.effort.enough; }
+  bool is_shortest() const { return known.length <= known.certain + pair_.enough; }
 
   /// Tries a direction (unit; zero: none).
   void along(const Vec3& direction);

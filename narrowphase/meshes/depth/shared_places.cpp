@@ -19,7 +19,7 @@ Corners placed(const Posed& mesh, std::uint32_t t) {
 
 // Adds the points where edges of p cross the plane of q, between corners on either side, within the triangle q.
 void add_crossings(const Corners& p, const Corners& q, Vec3& sum, int& count) {
-  const Vec3 n = (q[1] - q[0]).cross(q[2] - q[0]);
+  const Vec3 n = area_vector(q);
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3 &from = p[k], &to = p[(k + 1) % 3];
     const double x = n.dot(from - q[0]), y = n.dot(to - q[0]);
@@ -37,9 +37,8 @@ SharedPlace crossing(const Corners& p, const Corners& q) {
   int count = 0;
   add_crossings(p, q, sum, count);
   add_crossings(q, p, sum, count);
-  const auto outward = [](const Corners& t) { return unit((t[1] - t[0]).cross(t[2] - t[0])); };
   return {count > 0 ? Vec3(sum / count) : Vec3((p[0] + p[1] + p[2] + q[0] + q[1] + q[2]) / 6),
-          -outward(p) - outward(q)};
+          -unit(area_vector(p)) - unit(area_vector(q))};
 }
 
 void add_inside(const Posed& outer, const Posed& inner, const WorkLimit* limit, std::vector<SharedPlace>& places) {

@@ -69,7 +69,7 @@ class TouchingMeshes {
         // Of faces that slide on each other rounding tells the way out.
         if (sunk)
           add(r.normal);
-        else if (n.dot(m) < -one_plane)
+        else if (n.dot(m) < -tolerance::flush_face)
           add(n);
       }
       if (planes_.size() > before) return true;
@@ -87,8 +87,6 @@ class TouchingMeshes {
   Vec3 step_along(const Vec3& direction) const { return step_ * direction; }
 
  private:
-  static constexpr double one_plane = 1 - tolerance::alike_cosines;
-
   // Far out, what is no longer than the distance of two coordinates there would move nothing.
   static double step_of(const Posed& b, double slack) {
     return std::max(slack / 2, steps_of_coordinates * epsilon * b.pose.translation.cwiseAbs().maxCoeff());
@@ -104,12 +102,11 @@ class TouchingMeshes {
 
   // Unit, in the world; zero without area.
   static Vec3 normal(const Posed& mesh, std::uint32_t t) {
-    const Corners c = mesh_of(mesh.shape).corners(t);
-    return mesh.pose.rotation * (c[1] - c[0]).cross(c[2] - c[0]).stableNormalized();
+    return mesh.pose.rotation * area_vector(mesh_of(mesh.shape).corners(t)).stableNormalized();
   }
 
   void add(const Vec3& n) {
-    const auto is_known = [&](const Constraint& plane) { return plane.normal.dot(n) > one_plane; };
+    const auto is_known = [&](const Constraint& plane) { return plane.normal.dot(n) > tolerance::flush_face; };
     if (n.norm() > 0.5 && std::none_of(planes_.begin(), planes_.end(), is_known)) planes_.push_back({n, step_});
   }
 
@@ -122,8 +119,8 @@ class TouchingMeshes {
 
 }  // namespace
 
-std::optional<Vec3> parting_translation(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
-                                        double slack, const NarrowPhaseOptions& options) {
+std::optional<Vec3> separating_translation(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
+                                           double slack, const NarrowPhaseOptions& options) {
   TouchingMeshes meshes(a, b, slack, options);
   if (!meshes.seem_to_touch(pairs)) return std::nullopt;
   const Vec3 sides = meshes.sum_of_normals(pairs);

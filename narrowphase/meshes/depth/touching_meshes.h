@@ -14,7 +14,7 @@ namespace tandem {
 /// none is found. Its length is at most four times `slack`, or 128 epsilon of B's translation if that is more, as
 /// shorter ones would be rounded; it is the real change of B's pose. There is no search if one of the intersecting
 /// triangles `pairs` (not empty; of many, some are tested) is deeper in another than a quarter of that.
-std::optional<Vec3> parting_translation(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
-                                        double slack, const NarrowPhaseOptions& options);
+std::optional<Vec3> separating_translation(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
+                                           double slack, const NarrowPhaseOptions& options);
 
 }  // namespace tandem

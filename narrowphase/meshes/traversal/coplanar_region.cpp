@@ -12,13 +12,13 @@ namespace tandem {
 bool lies_in_plane(const MeshModel& mesh, std::uint32_t t, const Vec3& normal, const Vec3& at, double slack) {
   const Corners c = mesh.corners(t);
   return std::all_of(c.begin(), c.end(), [&](const Vec3& v) { return std::abs(normal.dot(v - at)) <= slack; }) &&
-         normal.dot((c[1] - c[0]).cross(c[2] - c[0])) > 0;
+         normal.dot(area_vector(c)) > 0;
 }
 
 // Breadth-first search over edges; unreached triangles lie beyond the border.
 CoplanarRegion coplanar_region(const MeshModel& mesh, std::uint32_t t, std::size_t most, double slack) {
   const Corners own = mesh.corners(t);
-  const Vec3 n = unit((own[1] - own[0]).cross(own[2] - own[0]));
+  const Vec3 n = unit(area_vector(own));
   CoplanarRegion region{{t}, {}};
   std::vector<std::uint32_t>& flat = region.triangles;
   const auto is_known = [&](std::uint32_t i) { return std::find(flat.begin(), flat.end(), i) != flat.end(); };
@@ -38,7 +38,7 @@ CoplanarRegion coplanar_region(const MeshModel& mesh, std::uint32_t t, std::size
 double distance_to_region_border(const MeshModel& mesh, std::uint32_t t, const Vec3& p, double slack) {
   constexpr std::size_t most = 16;
   const Corners own = mesh.corners(t);
-  const Vec3 n = (own[1] - own[0]).cross(own[2] - own[0]).stableNormalized();
+  const Vec3 n = area_vector(own).stableNormalized();
   for (std::size_t k = 0; k < 3; ++k) {
     const Vec3 edge = own[(k + 1) % 3] - own[k];
     if (!(n.cross(edge).dot(p - own[k]) >= -slack * edge.norm())) return -1;

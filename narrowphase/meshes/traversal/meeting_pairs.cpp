@@ -17,33 +17,30 @@ namespace {
 // bounds on the distance otherwise.
 class MeetingPairs final : public PairVisitor {
  public:
-  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, TrianglePairs* pairs, GapBound* gap,
-               const WorkLimit* limit)
-      : PairVisitor(limit), waiting_(a, b, test), pairs_(pairs), gap_(gap) {
-    traverse(a, b, test, pairs == nullptr, *this, gap == nullptr ? nullptr : &gap->of_others);
+  /// Where the pairs go; without any of these the first one ends the search.
+  struct Receivers {
+    TrianglePairs* pairs = nullptr;
+    const TakePair* take = nullptr;
+    GapBound* gap = nullptr;
+  };
+  /// `subtrees`: null for all of both meshes.
+  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, const NodePair* subtrees,
+               const Receivers& to, const WorkLimit* limit)
+      : PairVisitor(limit), waiting_(a, b, test), to_(to), verdict_alone_(to.pairs == nullptr && to.take == nullptr) {
+    double* const gap = to.gap == nullptr ? nullptr : &to.gap->of_others;
+    if (subtrees == nullptr)
+      traverse(a, b, test, verdict_alone_, *this, gap);
+    else
+      traverse(a, b, test, *subtrees, *this, gap);
     decide_waiting();
-  }
-  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair subtrees, TrianglePairs& pairs,
-               GapBound* gap, const WorkLimit* limit)
-      : PairVisitor(limit), waiting_(a, b, test), pairs_(&pairs), gap_(gap) {
-    traverse(a, b, test, subtrees, *this, gap == nullptr ? nullptr : &gap->of_others);
-    decide_waiting();
-  }
-
-  MeetingPairs(const MeshModel& a, const MeshModel& b, TriangleTest& test, NodePair subtrees, const TakePair& take,
-               const WorkLimit* limit)
-      : PairVisitor(limit), waiting_(a, b, test), pairs_(nullptr), take_(&take), gap_(nullptr) {
-    traverse(a, b, test, subtrees, *this, nullptr);
-    if (!ended_) decide_waiting();
   }
 
   bool any() const { return any_; }
   bool ended() const { return ended_; }
 
   bool visit(std::uint32_t i, std::uint32_t j) override {
-    const bool verdict_alone = pairs_ == nullptr && take_ == nullptr;
-    if (waiting_.add(i, j) || verdict_alone) decide_waiting();
-    return ended_ || (verdict_alone && any_);
+    if (waiting_.add(i, j) || verdict_alone_) decide_waiting();
+    return ended_ || (verdict_alone_ && any_);
   }
 
  private:
@@ -53,18 +50,17 @@ class MeetingPairs final : public PairVisitor {
       if (ended_) return;
       if (meet) {
         any_ = true;
-        if (pairs_ != nullptr) pairs_->push_back({i, j});
-        if (take_ != nullptr) ended_ = !(*take_)({i, j});
-      } else if (gap_ != nullptr) {
-        gap_->add({i, j});
+        if (to_.pairs != nullptr) to_.pairs->push_back({i, j});
+        if (to_.take != nullptr) ended_ = !(*to_.take)({i, j});
+      } else if (to_.gap != nullptr) {
+        to_.gap->add({i, j});
       }
     });
   }
 
   WaitingPairs waiting_;
-  TrianglePairs* pairs_;
-  const TakePair* take_ = nullptr;
-  GapBound* gap_;
+  const Receivers to_;
+  const bool verdict_alone_;
   bool any_ = false;
   bool ended_ = false;  // by the receiver
 };
@@ -82,8 +78,7 @@ double gap_between(const Corners& p, const Corners& q) {
     near_q = std::min(near_q, normal.dot(q[k] - p[0]));
     span = std::max({span, (p[k] - p[0]).lpNorm<1>(), (q[k] - p[0]).lpNorm<1>()});
   }
-  return std::max(0.0,
-                  (1 - tolerance::askew_in_floats) * (near_q - far_p) - tolerance::place_rounding_of_nearest * span);
+  return std::max(0.0, (1 - tolerance::askew_in_floats) * (near_q - far_p) - tolerance::place_rounding * span);
 }
 
 }  // namespace
@@ -97,13 +92,14 @@ TrianglePairs meeting_pairs(const Posed& a, const Posed& b, TriangleTest& test, 
     subtrees = traversal_subtrees(ma, mb, test, wanted, gap == nullptr ? nullptr : &gap->of_others);
   TrianglePairs pairs(&memory.resource);
   if (subtrees.size() < wanted) {
-    MeetingPairs(ma, mb, test, &pairs, gap, options.limit);
+    MeetingPairs(ma, mb, test, nullptr, {.pairs = &pairs, .gap = gap}, options.limit);
   } else {
     std::vector<TrianglePairs> found(subtrees.size());
     std::vector<GapBound> gaps(gap == nullptr ? 0 : subtrees.size());
     options.parts(subtrees.size(), [&](std::size_t k) {
       TriangleTest own(a.pose, b.pose, reach(mb));
-      MeetingPairs(ma, mb, own, subtrees[k], found[k], gap == nullptr ? nullptr : &gaps[k], options.limit);
+      MeetingPairs(ma, mb, own, &subtrees[k], {.pairs = &found[k], .gap = gap == nullptr ? nullptr : &gaps[k]},
+                   options.limit);
     });
     for (const GapBound& there : gaps) gap->join(there);
     for (const TrianglePairs& some : found) pairs.insert(pairs.end(), some.begin(), some.end());
@@ -122,7 +118,7 @@ bool each_meeting_pair(const Posed& a, const Posed& b, const WorkLimit* limit, c
   TriangleTest test(a.pose, b.pose, reach(mb));
   const std::vector<NodePair> subtrees = traversal_subtrees(ma, mb, test, parts);
   for (std::size_t k = 0; k < subtrees.size(); ++k) {
-    if (MeetingPairs(ma, mb, test, subtrees[k], take, limit).ended()) return false;
+    if (MeetingPairs(ma, mb, test, &subtrees[k], {.take = &take}, limit).ended()) return false;
     if (progress && k * parts / subtrees.size() != (k + 1) * parts / subtrees.size())
       progress(static_cast<double>(k + 1) / static_cast<double>(subtrees.size()));
   }
@@ -141,7 +137,7 @@ bool has_inside(const Posed& outer, const Posed& inner, const WorkLimit* limit) 
 bool meshes_collide(const Posed& a, const Posed& b, const WorkLimit* limit) {
   const MeshModel &ma = mesh_of(a.shape), &mb = mesh_of(b.shape);
   TriangleTest test(a.pose, b.pose, reach(mb));
-  return MeetingPairs(ma, mb, test, nullptr, nullptr, limit).any() || is_contained(a, b, limit);
+  return MeetingPairs(ma, mb, test, nullptr, {}, limit).any() || is_contained(a, b, limit);
 }
 
 double gap_of(const MeshModel& a, const MeshModel& b, const TriangleTest& test, const GapBound& gap) {

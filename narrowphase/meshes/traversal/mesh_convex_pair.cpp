@@ -94,7 +94,7 @@ TriangleBound MeshConvexPair::bound_by(const Corners& p, const Vec3& point, Vec3
   if (surface->inside || view_.hull == nullptr) b.depth = -surface->distance;
   on_surface = point + surface->distance * b.normal;
   if (surface->inside) {
-    const double top = std::max({b.normal.dot(p[0]), b.normal.dot(p[1]), b.normal.dot(p[2])}) - b.normal.dot(point);
+    const double top = most_along(b.normal, p) - b.normal.dot(point);
     b.is_depth = top <= 0;
     b.gap = surface->distance - std::max(0.0, top);
   } else {

@@ -17,16 +17,12 @@
 
 namespace tandem {
 
-inline Vec3 area_vector(const Corners& p) { return (p[1] - p[0]).cross(p[2] - p[0]); }
-
 /// The plane that bounds the convex shape against a direction.
 struct SupportPlane {
   Vec3 normal = Vec3::Zero();  ///< towards the convex shape
   double low = -infinity;
   /// How far a triangle lies beyond it.
-  double beyond(const Corners& p) const {
-    return low - std::max({normal.dot(p[0]), normal.dot(p[1]), normal.dot(p[2])});
-  }
+  double beyond(const Corners& p) const { return low - most_along(normal, p); }
 };
 
 /// The last few planes that kept triangles apart from the convex shape: each keeps others near its own apart as well,

@@ -111,6 +111,17 @@ void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
   triangles_nearest(PlacedTriangle(p), PlacedTriangle(q), best);
 }
 
+Vec3 direction_between(const Nearest& near, const Corners& of_a, const Pose& pose_a, const Corners& of_b,
+                       const Pose& pose_b, double reach, const NarrowPhaseOptions& options) {
+  if (!(near.distance > tolerance::noisy_difference * reach)) {
+    const PairAnswer r =
+        solve_convex(TriangleView(of_a), pose_a, TriangleView(of_b), pose_b, Request::distance, options, nullptr);
+    if (r.normal.norm() > 0.5) return r.normal;
+    if (!(near.distance > 0)) return Vec3::UnitZ();
+  }
+  return unit(near.on_b - near.on_a, near.distance);
+}
+
 NearestSearch::NearestSearch(const Posed& a, const Posed& b, const WorkLimit* limit)
     : a_(mesh_of(a.shape)),
       b_(mesh_of(b.shape)),
@@ -120,7 +131,7 @@ NearestSearch::NearestSearch(const Posed& a, const Posed& b, const WorkLimit* li
       a_by_b_(view_of(a_, b_, turn_b_.transpose() * turn_a_, -(turn_b_.transpose() * between_))),
       b_by_a_(view_of(b_, a_, turn_a_.transpose() * turn_b_, turn_a_.transpose() * between_)),
       // If the rotations are not orthonormal, boxes may be nearer than they seem.
-      slack_((12 * (skewness(turn_a_) + skewness(turn_b_)) + tolerance::place_rounding_of_nearest) *
+      slack_((12 * (skewness(turn_a_) + skewness(turn_b_)) + tolerance::place_rounding) *
              (reach(a_) + reach(b_) + between_.lpNorm<1>())),
       meter_(limit) {}
 
@@ -254,8 +265,7 @@ bool NearestSearch::each_within(double within, const Meet& meet, const Visit& vi
 
 void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
   const PlacedTriangle &p = placed_of_a(i), &q = placed_of_b(j);
-  const auto least = [](const Corners& t, const Vec3& d) { return std::min({d.dot(t[0]), d.dot(t[1]), d.dot(t[2])}); };
-  if (least(q.corner, normal_) + least(p.corner, -normal_) > best_.distance + slack_) return;
+  if (least_along(normal_, q.corner) + least_along(-normal_, p.corner) > best_.distance + slack_) return;
   // The first by index of equally near pairs, so that the order of the search does not matter.
   Nearest found;
   found.leave_out_beyond(best_.distance);
@@ -271,13 +281,8 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
 }
 
 Vec3 NearestSearch::normal(const NarrowPhaseOptions& options) const {
-  if (best_.distance > tolerance::noisy_difference * (reach(a_) + reach(b_)))
-    return unit(best_.on_b - best_.on_a, best_.distance);
-  const Corners p = a_.corners(nearest_[0]), q = b_.corners(nearest_[1]);
-  const PairAnswer r = solve_convex(TriangleView(p), {turn_a_, Vec3::Zero()}, TriangleView(q), {turn_b_, between_},
-                                    Request::distance, options, nullptr);
-  if (r.normal.norm() > 0.5) return r.normal;
-  return best_.distance > 0 ? unit(best_.on_b - best_.on_a, best_.distance) : Vec3::UnitZ();
+  return direction_between(best_, a_.corners(nearest_[0]), {turn_a_, Vec3::Zero()}, b_.corners(nearest_[1]),
+                           {turn_b_, between_}, reach(a_) + reach(b_), options);
 }
 
 }  // namespace tandem

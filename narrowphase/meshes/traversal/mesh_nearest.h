@@ -62,6 +62,11 @@ struct PlacedTriangle {
 void triangles_nearest(const PlacedTriangle& p, const PlacedTriangle& q, Nearest& best);
 void triangles_nearest(const Corners& p, const Corners& q, Nearest& best);
 
+/// The direction from A to B at nearest points of two triangles, unit. Where they are so near that rounding would turn
+/// it, that of the triangles' features. `reach`: of both meshes.
+Vec3 direction_between(const Nearest& near, const Corners& of_a, const Pose& pose_a, const Corners& of_b,
+                       const Pose& pose_b, double reach, const NarrowPhaseOptions& options);
+
 /// The nearest points of surfaces that do not intersect, by branch and bound; relative to A's translation, in world
 /// axes.
 class NearestSearch {
@@ -81,8 +86,7 @@ class NearestSearch {
   bool each_within(double within, const Meet& meet, const Visit& visit, const std::function<void(double)>& progress,
                    const LeaveOut& leave_out = {});
 
-  /// The direction from A to B in world axes, unit, of the result. Where the points are so close that rounding of their
-  /// positions would turn it, that of the two triangles' features.
+  /// The direction_between the result's points in world axes.
   Vec3 normal(const NarrowPhaseOptions& options) const;
 
  private:

@@ -49,9 +49,9 @@ Floats dot(const float* row, Floats u, Floats v, Floats w) {
 /// Screens two blocks for pairs of triangles that are not known to be separated. With `gaps` it keeps lower bounds on
 /// the distances of separated ones.
 template <bool gaps>
-class TriangleScreen {
+class BlockScreen {
  public:
-  explicit TriangleScreen(const TraversalFrame& frame) : f_(frame) {}
+  explicit BlockScreen(const TraversalFrame& frame) : f_(frame) {}
 
   // Takes the lanes with a gap above 0, whose pairs are left out.
   void note(Floats gap) {
@@ -232,24 +232,11 @@ class Traversal {
     }
   }
 
-  // Level by level until there are enough.
   std::vector<NodePair> subtrees(std::size_t wanted) {
-    std::vector<NodePair> level{{0, 0}}, next;
-    for (bool deeper = true; deeper && level.size() < wanted; level.swap(next)) {
-      deeper = false;
-      next.clear();
-      for (const NodePair at : level) {
-        const MeshNode &na = a_.nodes[at.a], &nb = b_.nodes[at.b];
-        if (na.bottom() && nb.bottom()) {
-          next.push_back(at);
-          continue;
-        }
-        deeper = true;
-        descend(at, na, nb);
-        while (!stack_.empty()) next.push_back(stack_.pop());
-      }
-    }
-    return level;
+    return pairs_of_level(a_, b_, wanted, [this](NodePair at, std::vector<NodePair>& next) {
+      descend(at, a_.nodes[at.a], b_.nodes[at.b]);
+      while (!stack_.empty()) next.push_back(stack_.pop());
+    });
   }
 
   // Over all that was left out, in units of A.
@@ -409,7 +396,7 @@ class Traversal {
   const TraversalFrame& f_;
   PairVisitor& visitor_;
   NodePairStack stack_;
-  TriangleScreen<gaps> screen_;
+  BlockScreen<gaps> screen_;
   float deepest_ = 1;
   std::size_t deepest_at_ = 0;
 };

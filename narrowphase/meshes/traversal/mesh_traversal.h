@@ -43,6 +43,26 @@ class NodePairStack {
   std::vector<NodePair> far_;
 };
 
+/// Replaces pairs of nodes by those of their children, level by level, until there are `wanted` or all are of bottom
+/// nodes. descend(pair, out) appends the children's.
+template <class Descend>
+std::vector<NodePair> pairs_of_level(const MeshModel& a, const MeshModel& b, std::size_t wanted, Descend&& descend) {
+  std::vector<NodePair> level{{0, 0}}, next;
+  for (bool deeper = true; deeper && level.size() < wanted; level.swap(next)) {
+    deeper = false;
+    next.clear();
+    for (const NodePair at : level) {
+      if (a.nodes[at.a].bottom() && b.nodes[at.b].bottom()) {
+        next.push_back(at);
+        continue;
+      }
+      deeper = true;
+      descend(at, next);
+    }
+  }
+  return level;
+}
+
 /// The pose of B's boxes in A's frame, in units of A, in floats with a bound on their error.
 struct TraversalFrame {
   float map[3][3];      // B's boxes to A's axes, scaled

@@ -7,6 +7,7 @@
 
 #include "lanes/four_floats.h"
 #include "shapes/shape_insides.h"
+#include "shapes/skewness.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -54,8 +55,7 @@ NearBoxPairs::NearBoxPairs(const Posed& a, const Posed& b, double margin)
     for (int j = 0; j < 3; ++j) map_[i][j] = static_cast<float>(turn(i, j) * scale);
   }
   // Rotations need not be exactly orthonormal.
-  const auto skew = [](const Mat3& r) { return (r.transpose() * r - Mat3::Identity()).cwiseAbs().maxCoeff(); };
-  const double off = 4 * tolerance::box_of_floats + 4 * (skew(a.pose.rotation) + skew(b.pose.rotation));
+  const double off = 4 * tolerance::box_of_floats + 4 * (skewness(a.pose.rotation) + skewness(b.pose.rotation));
   pad_ = static_cast<float>((margin / a_.unit + off * (1 + scale + shift.cwiseAbs().maxCoeff())) *
                             (1 + tolerance::box_of_floats));
 }
@@ -127,20 +127,8 @@ bool NearBoxPairs::visit_bottom(NodePair at, PairVisitor& visitor) const {
 }
 
 std::vector<NodePair> NearBoxPairs::subtrees() const {
-  std::vector<NodePair> level{{0, 0}}, next;
-  for (bool deeper = true; deeper && level.size() < wanted_subtrees; level.swap(next)) {
-    deeper = false;
-    next.clear();
-    for (const NodePair at : level) {
-      if (a_.nodes[at.a].bottom() && b_.nodes[at.b].bottom()) {
-        next.push_back(at);
-        continue;
-      }
-      deeper = true;
-      descend(at, next);
-    }
-  }
-  return level;
+  return pairs_of_level(a_, b_, wanted_subtrees,
+                        [this](NodePair at, std::vector<NodePair>& next) { descend(at, next); });
 }
 
 void NearBoxPairs::visit(NodePair subtrees, PairVisitor& visitor) const {

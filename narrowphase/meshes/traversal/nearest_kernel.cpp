@@ -187,7 +187,7 @@ NearVolume::NearVolume(const std::array<Vec3, 3>& p) : shape(std::in_place_type<
   aligned_half = (hi - lo) / 2;
   NearTriangle& t = std::get<NearTriangle>(shape);
   t.corner = p;
-  t.normal = unit((p[1] - p[0]).cross(p[2] - p[0]));
+  t.normal = unit(area_vector(p));
   for (std::size_t k = 0; k < 3; ++k) {
     t.edge[k] = p[(k + 1) % 3] - p[k];
     const double square = t.edge[k].squaredNorm();

@@ -69,7 +69,6 @@ class Ray {
   }
 
  private:
-  using Corners = std::array<Vec3, 3>;
   using Point = std::array<Rational, 3>;
   struct Crossing {
     int count = 0;

@@ -11,12 +11,12 @@
 namespace tandem {
 
 SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p, const WorkLimit* limit) {
-  SurfacePoint best{std::numeric_limits<double>::infinity(), p};
+  SurfacePoint best{std::numeric_limits<double>::infinity(), p, 0};
   BoxQuery(mesh, {p, p}, p, Vec3::Zero(), Mat3::Identity(), 0, limit)
       .nearest_first(best.distance, [&](std::uint32_t t) {
         const auto c = mesh.corners(t);
         const PointDistance d = point_distance(TriangleView(c), p);
-        if (d.signed_distance < best.distance) best = {d.signed_distance, d.nearest};
+        if (d.signed_distance < best.distance) best = {d.signed_distance, d.nearest, t};
         return best.distance;
       });
   return best;
@@ -30,7 +30,7 @@ std::uint32_t nearest_triangle(const MeshModel& mesh, const Vec3& p, const Vec3&
   BoxQuery(mesh, {p, p}, p, Vec3::Zero(), Mat3::Identity()).each_near(as_near, [&](std::uint32_t t) {
     const auto c = mesh.corners(t);
     if (point_distance(TriangleView(c), p).signed_distance > as_near) return false;
-    const Vec3 area = (c[1] - c[0]).cross(c[2] - c[0]);
+    const Vec3 area = area_vector(c);
     const double length = area.norm(), along = length > 0 ? area.dot(outward) / length : 0;
     const double facing = mesh.solid ? along : std::abs(along);
     if (facing > most || (facing == most && t < best)) most = facing, best = t;

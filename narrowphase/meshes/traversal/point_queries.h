@@ -10,6 +10,7 @@ namespace tandem {
 struct SurfacePoint {
   double distance;
   Vec3 at;
+  std::uint32_t triangle;  ///< on which it lies
 };
 SurfacePoint nearest_point(const MeshModel& mesh, const Vec3& p, const WorkLimit* limit = nullptr);
 
