@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "ask.h"
@@ -285,5 +286,28 @@ TEST_CASE("at the end of an edge what rises on beyond it pushes, not the edge") 
     CAPTURE(lean);
     REQUIRE(!contacts.empty());
     for (const Contact& c : contacts) CHECK((c.normal - Vec3::UnitZ()).norm() < 1e-9);
+  }
+}
+
+TEST_CASE("rounded meshes: only contacts whose own translation does not separate are lost") {
+  const Shape body(drawn_out({{-.8, -.8}, {1.2, -.8}, {1.2, .2}, {.2, .2}, {.2, 1.2}, {-.8, 1.2}},
+                             {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, .5));
+  const Shape a = body.rounded(.05), b = body.rounded(.03);
+  const NarrowPhase narrow;
+  for (const Vec3& at : {Vec3(-.75, -.5, .75), Vec3(.75, .75, .75)}) {
+    const Pose pose_b{Mat3::Identity(), at};
+    std::vector<Contact> contacts;
+    const PairAnswer answer = narrow.solve(a, Pose{}, b, pose_b, Request::contacts, &contacts);
+    CAPTURE(at.transpose());
+    CHECK(answer.status == Status::ok);
+    CHECK(contacts.size() == 4);  // along z: as many along others do not separate
+    double deepest = 0;
+    for (const Contact& c : contacts) deepest = std::max(deepest, c.depth);
+    CHECK(deepest == -answer.signed_distance);
+    for (const Contact& c : contacts) {
+      if (c.depth < deepest - 1e-9) continue;
+      const Pose out{Mat3::Identity(), at + (c.depth + 1e-9) * c.normal};
+      CHECK(narrow.solve(a, Pose{}, b, out, Request::distance).signed_distance > -2e-9);
+    }
   }
 }
