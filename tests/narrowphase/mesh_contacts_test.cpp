@@ -311,3 +311,39 @@ TEST_CASE("rounded meshes: only contacts whose own translation does not separate
     }
   }
 }
+
+TEST_CASE("the contact of a ring in a ring lies in both, and tiny motions hardly move it") {
+  const auto ring = [](double inner, double outer, double half) {
+    constexpr std::uint32_t sides = 16;
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < sides; ++i) {
+      const double angle = i * (2 * 3.14159265358979323846 / sides), c = std::cos(angle), s = std::sin(angle);
+      for (const auto& [r, z] : {std::pair{inner, -half}, {outer, -half}, {outer, half}, {inner, half}})
+        mesh.vertices.emplace_back(r * c, r * s, z);
+      const std::uint32_t here = 4 * i, next = 4 * ((i + 1) % sides);
+      for (std::uint32_t k = 0; k < 4; ++k) {
+        const std::uint32_t l = (k + 1) % 4;
+        mesh.triangles.push_back({here + k, next + l, here + l});
+        mesh.triangles.push_back({here + k, next + k, next + l});
+      }
+    }
+    mesh.solid = true;
+    return Shape(mesh);
+  };
+  const Shape inner = ring(.75, .85, .05), outer = ring(.6, 1, .3);
+  REQUIRE(inner.mass().volume > 0);
+  const auto contact = [](const Shape& a, const Shape& b, const Vec3& at) {
+    std::vector<Contact> contacts;
+    NarrowPhase().solve(a, Pose{}, b, Pose{Mat3::Identity(), at}, Request::contacts, &contacts);
+    REQUIRE(contacts.size() == 1);
+    return contacts[0];
+  };
+  const Contact first = contact(inner, outer, Vec3::Zero());
+  CHECK(std::abs(first.normal.z()) > 0.9999);
+  CHECK(std::abs(first.point.z()) < 1e-9);
+  CHECK(first.point.norm() > .75 * std::cos(3.15 / 16) - 1e-9);
+  CHECK(first.point.norm() < .85 + 1e-9);
+  CHECK((contact(outer, inner, Vec3::Zero()).point - first.point).norm() < 1e-9);
+  for (const Vec3& moved : {Vec3(1e-9, 0, 0), Vec3(0, -1e-9, 0), Vec3(-1e-9, 1e-9, 1e-9)})
+    CHECK((contact(inner, outer, moved).point - first.point).norm() < 1e-8);
+}
