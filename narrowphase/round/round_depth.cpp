@@ -193,12 +193,10 @@ bool Search::is_proven() const {
 int kinks_near(const Hull& hull, const Vec3& m, double angle, WorkMeter& meter) {
   const auto is_near = [&](const Hull::Face& face) { return (face.normal - m).squaredNorm() <= angle * angle; };
   int kinks = 0;
-  for (const Hull::Face& face : hull.faces) {
-    meter.spend();
+  meter.spend(static_cast<int>(hull.edges.size()));
+  for (const Hull::Face& face : hull.faces)
     if (is_near(face) && ++kinks > 1) return kinks;
-  }
   for (const Hull::Edge& edge : hull.edges) {
-    meter.spend();
     const Vec3 e = hull.vertices[edge.v[1]] - hull.vertices[edge.v[0]];
     const double along = m.dot(e), reach2 = angle * angle * e.squaredNorm();
     if (along * along > reach2) continue;
