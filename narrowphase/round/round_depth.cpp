@@ -191,21 +191,26 @@ bool Search::is_proven() const {
 /// The number of places within this angle (radians) of m where a hull's support has a kink, at most 2: normals of
 /// faces, and arcs between normals farther off.
 int kinks_near(const Hull& hull, const Vec3& m, double angle, WorkMeter& meter) {
-  const auto is_near = [&](const Hull::Face& face) { return (face.normal - m).squaredNorm() <= angle * angle; };
+  constexpr std::uint32_t none = ~0u;
+  std::uint32_t known = none;  // the first normal found
   int kinks = 0;
   meter.spend(static_cast<int>(hull.edges.size()));
-  for (const Hull::Face& face : hull.faces)
-    if (is_near(face) && ++kinks > 1) return kinks;
   for (const Hull::Edge& edge : hull.edges) {
     const Vec3 e = hull.vertices[edge.v[1]] - hull.vertices[edge.v[0]];
     const double along = m.dot(e), reach2 = angle * angle * e.squaredNorm();
     if (along * along > reach2) continue;
-    if (!hull.faces.empty()) {
-      const Hull::Face &left = hull.faces[edge.face[0]], &right = hull.faces[edge.face[1]];
-      const double reach = std::sqrt(reach2);
-      if (m.dot(left.normal.cross(e)) > reach || m.dot(e.cross(right.normal)) > reach) continue;
-      if (is_near(left) || is_near(right)) continue;
+    if (hull.faces.empty()) return 1;
+    bool ends_near = false;
+    for (const std::uint32_t face : edge.face) {
+      if ((hull.faces[face].normal - m).squaredNorm() > angle * angle) continue;
+      ends_near = true;
+      if (face != known && ++kinks > 1) return kinks;
+      known = face;
     }
+    const double reach = std::sqrt(reach2);
+    if (ends_near || m.dot(hull.faces[edge.face[0]].normal.cross(e)) > reach ||
+        m.dot(e.cross(hull.faces[edge.face[1]].normal)) > reach)
+      continue;
     if (++kinks > 1) return kinks;
   }
   return kinks;
