@@ -7,19 +7,18 @@
 #include <chrono>
 #include <utility>
 
+#include "scene/swept_boxes.h"
 #include "scene/tolerances.h"
-#include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/prepare.h"
 
 namespace tandem {
 
 Aabb outward_box(const Shape& shape, const Pose& pose, double margin, const WorkLimit* limit) {
   const Bounds bounds = shape.bounds(pose, limit);
-  const double wider = margin + touch_share(shape);  // a cast's touch, and the rounding of corners
   Aabb box;
   for (int k = 0; k < 3; ++k) {
-    box.lo[static_cast<std::size_t>(k)] = round_down(bounds.lo[k] - wider);
-    box.hi[static_cast<std::size_t>(k)] = round_up(bounds.hi[k] + wider);
+    box.lo[static_cast<std::size_t>(k)] = round_down(bounds.lo[k] - margin);
+    box.hi[static_cast<std::size_t>(k)] = round_up(bounds.hi[k] + margin);
   }
   return box;
 }
@@ -35,7 +34,7 @@ void QueryWorld::set_box(std::uint32_t index) {
   if (ids_[index] == BodyId{} || !shape(index).is_bounded())
     boxes_.set_empty(index);
   else
-    boxes_.set(index, outward_box(shape(index), poses_[index], 0, nullptr));
+    boxes_.set(index, outward_box(shape(index), poses_[index], touch_share(shape(index)), nullptr));
 }
 
 void QueryWorld::set_own_box(std::uint32_t index) {

@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "scene/tolerances.h"
-#include "tandem/narrowphase/narrow_phase.h"
 
 namespace tandem {
 namespace {
@@ -34,16 +33,20 @@ Bound bound_of(const Motion& motion, double reach) {
 constexpr float farthest = std::numeric_limits<float>::max();
 constexpr Aabb everywhere{{-farthest, -farthest, -farthest}, {farthest, farthest, farthest}};
 
-/// Rounded outward, and enlarged by `more` and by what poses and corners are rounded by.
+/// Rounded outward, and enlarged by `more`.
 Aabb joined(const Bounds& a, const Bounds& b, double more) {
   Aabb box;
   for (int k = 0; k < 3; ++k) {
-    const double lo = std::min(a.lo[k], b.lo[k]), hi = std::max(a.hi[k], b.hi[k]);
-    const double wider = more + tolerance::motion_rounding * std::max(std::abs(lo), std::abs(hi));
-    box.lo[static_cast<std::size_t>(k)] = round_down(lo - wider);
-    box.hi[static_cast<std::size_t>(k)] = round_up(hi + wider);
+    box.lo[static_cast<std::size_t>(k)] = round_down(std::min(a.lo[k], b.lo[k]) - more);
+    box.hi[static_cast<std::size_t>(k)] = round_up(std::max(a.hi[k], b.hi[k]) + more);
   }
   return box;
+}
+
+/// What poses and corners are rounded by: relative to the numbers that a corner is the sum of.
+double rounding_of(const Motion& motion, double reach) {
+  return tolerance::motion_rounding *
+         (reach + std::max(motion.from.translation.norm(), motion.to.translation.norm()));
 }
 
 }  // namespace
@@ -55,12 +58,18 @@ double reach_of(const Shape& shape, const WorkLimit* limit) {
   return own.lo.cwiseAbs().cwiseMax(own.hi.cwiseAbs()).norm();
 }
 
+double touch_share(const Shape& shape, double path) {
+  return tolerance::touch_of_size * (shape.size() + shape.rounding()) + tolerance::touch_of_path * path;
+}
+
 Aabb swept_box(const Shape& shape, const Motion& motion) {
   if (!shape.is_bounded()) return everywhere;
   const Bounds from = shape.bounds(motion.from);
+  const double reach = reach_of(shape), rounding = rounding_of(motion, reach);
   if (motion.from.translation == motion.to.translation && motion.from.rotation == motion.to.rotation)
-    return joined(from, from, touch_share(shape));
-  return joined(from, shape.bounds(motion.to), bulge(motion, reach_of(shape)) + touch_share(shape, motion));
+    return joined(from, from, touch_share(shape) + rounding);
+  const Bound bound = bound_of(motion, reach);
+  return joined(from, shape.bounds(motion.to), bound.acceleration / 8 + touch_share(shape, bound.path) + rounding);
 }
 
 SweptBoxes::SweptBoxes(const Shape& shape, const Motion& motion, const WorkLimit* limit) {
@@ -69,12 +78,14 @@ SweptBoxes::SweptBoxes(const Shape& shape, const Motion& motion, const WorkLimit
     return;
   }
   const Bounds own = shape.bounds(Pose{}, limit);
-  const Bound bound = bound_of(motion, reach_of(shape, limit));
+  const double reach = reach_of(shape, limit);
+  const Bound bound = bound_of(motion, reach);
   const double length = std::max((own.hi - own.lo).maxCoeff(), bound.path / double{most});
   const auto stretches =
       static_cast<std::size_t>(length > 0 ? std::clamp(std::ceil(bound.path / length), 1.0, double{most}) : 1);
   const double dt = 1 / static_cast<double>(stretches);
-  const double more = bound.acceleration * dt * dt / 8 + touch_share(shape, motion, limit);
+  const double more =
+      bound.acceleration * dt * dt / 8 + touch_share(shape, bound.path) + rounding_of(motion, reach);
   Bounds last = shape.bounds(pose_at(motion, 0));
   for (std::size_t i = 1; i <= stretches; ++i) {
     const Bounds next = shape.bounds(pose_at(motion, static_cast<double>(i) / static_cast<double>(stretches)));

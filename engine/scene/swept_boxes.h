@@ -1,5 +1,5 @@
-// Boxes that contain a moving shape, for consecutive intervals of its motion, each wider by the shape's share of the
-// gap that counts as a touch: where boxes of two are apart, time_of_impact finds none.
+// Boxes that contain a moving shape and all points within its share of the gap up to which two shapes count as touching
+// (touch_share), for consecutive intervals of its motion.
 #pragma once
 #include <array>
 #include <cstddef>
@@ -19,6 +19,9 @@ double path_length(const Motion& motion, double reach);
 /// The largest distance of a bounded shape's points from its origin, metres. The limit may end the building of a mesh's
 /// hull.
 double reach_of(const Shape& shape, const WorkLimit* limit = nullptr);
+
+/// What a shape adds to that gap, metres, if none of its points has a longer path than `path`.
+double touch_share(const Shape& shape, double path = 0);
 
 /// One box for the whole motion: for a short one, or where a wide box will do.
 Aabb swept_box(const Shape& shape, const Motion& motion);

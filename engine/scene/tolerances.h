@@ -16,6 +16,12 @@ inline constexpr double motion_stretch = 4e-6;
 /// The rounding of a position after a motion, relative to the numbers in it: 18 epsilon. Less: a contact is kept that a
 /// slow body has left.
 inline constexpr double motion_rounding = 4e-15;
+/// What a shape adds to the gap up to which a time of impact counts it and another one as touching, relative to its
+/// size and to its path: the narrow phase's `touch` and `motion_touch`, which are private to it, the latter doubled, as
+/// it bounds the path by up to 1.5 times as much (sums of lengths, where here is the length of a sum). Less: boxes
+/// about moving shapes part some that touch.
+inline constexpr double touch_of_size = 1e-14;
+inline constexpr double touch_of_path = 2e-10;
 /// The relative growth of a bound when it is rounded to single precision: 8 of its epsilon. Less: the bound is below
 /// the motion, and the largest motion of a step is reported too small.
 inline constexpr double bound_of_floats = 1e-6;

@@ -211,7 +211,8 @@ void descend(const MinkowskiDifference& d, const DescentLimits& limits, GjkResul
       upper = length;
     }
     // A point this near the origin has no direction; the one that separates most has.
-    if (length <= limits.rounding) v = Point{}.plus(length / best_length, best), along = lower;
+    if (length <= limits.rounding && lower >= -limits.rounding)
+      v = Point{}.plus(length / best_length, best), along = lower;
   }
   r.v = v.vec();
   r.lower = lower, r.along = along, r.upper = inside ? 0 : upper;

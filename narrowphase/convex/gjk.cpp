@@ -107,7 +107,7 @@ void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, Gj
     length = v.norm();
     r.upper = length;
     if (length <= limits.rounding) {  // no direction
-      v = length * best, r.along = r.lower;
+      if (r.lower >= -limits.rounding) v = length * best, r.along = r.lower;
       return;
     }
     if (r.upper <= limits.within) break;

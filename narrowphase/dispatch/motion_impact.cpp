@@ -239,17 +239,13 @@ double shape_reach(const Shape& shape, const WorkLimit* limit) {
   return ((box.lo + box.hi) / 2).norm() + ((box.hi - box.lo) / 2).norm();
 }
 
-double share_on_path(const Shape& shape, const ScrewPath& path, const WorkLimit* limit) {
-  return touch_share(shape) + tolerance::motion_touch * path.length(shape_reach(shape, limit));
+/// What a shape on its path adds to the gap up to which two count as touching, metres.
+double touch_share(const Shape& shape, const ScrewPath& path, const WorkLimit* limit) {
+  return tolerance::touch * (shape.size() + shape.rounding()) +
+         tolerance::motion_touch * path.length(shape_reach(shape, limit));
 }
 
 }  // namespace
-
-double touch_share(const Shape& shape) { return tolerance::touch * (shape.size() + shape.rounding()); }
-
-double touch_share(const Shape& shape, const Motion& motion, const WorkLimit* limit) {
-  return share_on_path(shape, ScrewPath(motion), limit);
-}
 
 std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Motion& motion_a, const Shape& b,
                                                       const Motion& motion_b) const {
@@ -267,7 +263,7 @@ std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Moti
   };
   if (!a.is_bounded()) limit(body_a, farthest(body_b, path_b, path_a));
   if (!b.is_bounded()) limit(body_b, farthest(body_a, path_a, path_b));
-  const double gap_of_touch = share_on_path(a, path_a, options_.limit) + share_on_path(b, path_b, options_.limit);
+  const double gap_of_touch = touch_share(a, path_a, options_.limit) + touch_share(b, path_b, options_.limit);
   const FirstTouch first =
       ScrewSweep(body_a, path_a, a.rounding(), body_b, path_b, b.rounding(), gap_of_touch, options_.limit).first();
   if (first.t == never) return std::nullopt;

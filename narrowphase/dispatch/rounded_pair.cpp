@@ -2,6 +2,7 @@
 #include "dispatch/rounded_pair.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 
@@ -113,22 +114,36 @@ class RoundedPair {
     answer.error_bound = std::max(-answer.signed_distance - certain, slack_);
   }
 
-  /// True if the answer's translation separates, and that of each other contact as deep: any may be taken for the
-  /// deepest.
-  bool deepest_separate(const PairAnswer& answer, std::span<const Contact> found) const {
-    const double depth = -answer.signed_distance;
-    const Vec3* known = &answer.normal;
-    if (!separates((depth + slack_) * *known)) return false;
-    for (const Contact& c : found) {
-      if (c.depth < depth - slack_ || c.normal == *known) continue;
-      if (!separates((depth + slack_) * c.normal)) return false;
-      known = &c.normal;
-    }
-    return true;
-  }
+  /// Which translations of one length separate. Solved once for each direction: contacts of one face have one normal.
+  class Escapes {
+   public:
+    Escapes(const RoundedPair& pair, double length) : pair_(pair), length_(length) {}
 
-  /// Bounds the error of the deepest contact's depth. If a contact as deep as the separating translation does not
-  /// separate, it is replaced by that.
+    bool operator()(const Vec3& n) {
+      for (std::size_t k = 0; k < count_; ++k)
+        if (n.dot(known_[k].n) >= tolerance::one_direction) return known_[k].separates;
+      const bool separates = pair_.separates(length_ * n);
+      if (count_ < most) known_[count_++] = {n, separates};
+      return separates;
+    }
+
+   private:
+    struct Known {
+      Vec3 n;
+      bool separates;
+    };
+
+    static constexpr std::size_t most = 16;
+
+    const RoundedPair& pair_;
+    double length_;
+    std::array<Known, most> known_;
+    std::size_t count_ = 0;
+  };
+
+  /// Bounds the error of the deepest contact's depth. Of contacts as deep as the separating translation each has to
+  /// separate, as any may be taken for the deepest: those that do not are erased, and if none is left, the translation
+  /// is the contact.
   void compare_with_distance(PairAnswer& answer, std::size_t first, std::vector<Contact>& contacts) const {
     if (!options_.mesh_bounds) {
       answer.status = Status::unproven;
@@ -137,19 +152,41 @@ class RoundedPair {
     }
     const PairAnswer out = distance(nullptr);
     const double depth = -answer.signed_distance, upper = -out.signed_distance, lower = upper - out.error_bound;
-    const bool is_free = deepest_separate(answer, std::span(contacts).subspan(first));
-    if (!is_free && depth >= upper - slack_) {
-      const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
-      contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth >= upper - slack_; }),
+    Escapes escapes(*this, depth + slack_);
+    const auto found = [&] { return std::span(contacts).subspan(first); };
+    bool is_free = escapes(answer.normal);
+    const auto stays = [&](const Contact& c) { return c.depth < depth - slack_ || escapes(c.normal); };
+    if (depth < upper - slack_) {
+      is_free = is_free && std::all_of(found().begin(), found().end(), stays);
+    } else {
+      const bool too_deep = depth > upper + slack_;
+      if (too_deep) is_free = is_free && std::all_of(found().begin(), found().end(), stays);
+      const auto fails = [&](const Contact& c) {
+        return c.depth >= upper - slack_ && (too_deep ? !is_free : !escapes(c.normal));
+      };
+      contacts.erase(std::remove_if(contacts.begin() + static_cast<std::ptrdiff_t>(first), contacts.end(), fails),
                      contacts.end());
-      contacts.push_back(contact_of(out));
-      answer = out;
-      return;
+      is_free = is_free && make_deepest(depth, found());
+      if (!is_free) {
+        answer = out;
+        if (!make_deepest(upper, found())) contacts.push_back(contact_of(out));
+        return;
+      }
     }
     const double off = std::max(depth - lower, upper - depth);
     const bool is_exact = is_free && off <= slack_;
     answer.status = is_exact ? Status::ok : Status::inexact;
     answer.error_bound = is_exact ? std::max(off, 0.0) : std::max(off, slack_);
+  }
+
+  /// Makes this the depth of the deepest contact, if that is so deep to rounding.
+  bool make_deepest(double depth, std::span<Contact> found) const {
+    const auto is_less = [](const Contact& x, const Contact& y) { return x.depth < y.depth; };
+    const auto deepest = std::max_element(found.begin(), found.end(), is_less);
+    if (deepest == found.end() || deepest->depth < depth - slack_) return false;
+    for (Contact& c : found) c.depth = std::min(c.depth, depth);
+    deepest->depth = depth;
+    return true;
   }
 
   const Shape &a_, &b_;

@@ -49,11 +49,6 @@ Vec3 way_out(const RoundBody& ellipsoid, const Vec3& point) {
   return (ellipsoid.axes() * ellipsoid_normal({radii[0], radii[1], radii[2]}, at)).normalized();
 }
 
-/// True for bodies with corners, of which several minima may be close together.
-bool may_crowd(const RoundBody& body) {
-  return body.kind() == ShapeKind::box || body.kind() == ShapeKind::convex || body.kind() == ShapeKind::triangle;
-}
-
 class Search {
  public:
   /// From a minimum of h, or from any direction, from which no descent is made if another one is better.
@@ -75,7 +70,8 @@ class Search {
   double search_meridian();
   bool search_ellipsoid();
   double expand();
-  double point_depth() const;
+  bool is_proven() const;
+  bool may_have_more(const Vec3& n, double angle) const;
   bool is_known(const Vec3& n, const Vec3& w) const;
 
   const RoundPair& pair_;
@@ -171,27 +167,80 @@ bool Search::is_known(const Vec3& n, const Vec3& w) const {
   return false;
 }
 
-/// A lower bound on h: how deep the other body's point of the best minimum lies in an ellipsoid.
-double Search::point_depth() const {
-  double least = 0;
+/// True if a point of one body lies so deep in the other that h is nowhere less: h is at least the other's support
+/// about that point, and the least of that is the point's depth.
+bool Search::is_proven() const {
   for (int which = 0; which < 2; ++which) {
     const RoundBody& body = pair_.body[which];
-    if (body.kind() != ShapeKind::ellipsoid) continue;
-    const Vec3 &point = m_.best.point[1 - which], n = way_out(body, point);
-    least = std::max(least, n.dot(body.support(n) + point));
+    const Vec3& point = m_.best.point[1 - which];
+    // The transpose of a rotation that is skew, as poses may be, is not its inverse.
+    if ((body.axes().transpose() * body.axes() - Mat3::Identity()).norm() > 16 * epsilon) continue;
+    double depth = 0;
+    if (body.kind() == ShapeKind::ellipsoid) {
+      const Vec3 n = way_out(body, point);
+      depth = n.dot(body.support(n) + point);
+    } else if (body.kind() == ShapeKind::convex) {
+      const Vec3 at = -(body.axes().transpose() * (body.centre() + point));
+      if (const auto surface = surface_distance(body.view(), at, 0)) depth = -surface->distance;
+    }
+    if (depth >= m_.best.h - m_.rounding) return true;
   }
-  return least;
+  return false;
+}
+
+/// The number of places within this angle (radians) of m where a hull's support has a kink, at most 2: normals of
+/// faces, and arcs between normals farther off.
+int kinks_near(const Hull& hull, const Vec3& m, double angle, WorkMeter& meter) {
+  constexpr std::uint32_t none = ~0u;
+  std::uint32_t known = none;  // the first normal found
+  int kinks = 0;
+  meter.spend(static_cast<int>(hull.edges.size()));
+  for (const Hull::Edge& edge : hull.edges) {
+    const Vec3 e = hull.vertices[edge.v[1]] - hull.vertices[edge.v[0]];
+    const double along = m.dot(e), reach2 = angle * angle * e.squaredNorm();
+    if (along * along > reach2) continue;
+    if (hull.faces.empty()) return 1;
+    bool ends_near = false;
+    for (const std::uint32_t face : edge.face) {
+      if ((hull.faces[face].normal - m).squaredNorm() > angle * angle) continue;
+      ends_near = true;
+      if (face != known && ++kinks > 1) return kinks;
+      known = face;
+    }
+    const double reach = std::sqrt(reach2);
+    if (ends_near || m.dot(hull.faces[edge.face[0]].normal.cross(e)) > reach ||
+        m.dot(e.cross(hull.faces[edge.face[1]].normal)) > reach)
+      continue;
+    if (++kinks > 1) return kinks;
+  }
+  return kinks;
+}
+
+/// True if h may have several minima within this angle (radians) of n: where a hull's support has kinks, and maybe an
+/// ellipsoid's bends as sharply, in more than one place.
+bool Search::may_have_more(const Vec3& n, double angle) const {
+  int places = 0;
+  bool has_hull = false;
+  WorkMeter meter(pair_.difference.limit);
+  for (const RoundBody& body : pair_.body) {
+    if (body.kind() == ShapeKind::convex) {
+      has_hull = true;
+      places += kinks_near(body.hull(), body.axes().transpose() * n, angle, meter);
+    } else if (body.kind() == ShapeKind::ellipsoid) {
+      // The support's point moves along a longest axis within about the ratio of this height to that.
+      const auto& radii = body.view().param;
+      if (n.dot(body.support(n) - body.centre()) < 2 * angle * std::max({radii[0], radii[1], radii[2]})) ++places;
+    }
+  }
+  return has_hull && places > 1;
 }
 
 /// Expands a polytope within A - B until no face is nearer than the best minimum; returns the remaining uncertainty.
-/// Faces over small holes are set aside: a descent finds the minimum there. Bodies with corners may have several: where
-/// no point proves that none is lower, those faces are taken back, and the polytope grows there, too.
+/// Where a hole between a face and the surface is small, a descent finds the minimum; where it may have several and
+/// nothing proves that none is lower, the polytope grows on.
 double Search::expand() {
   constexpr double narrow = 0.02;  // radians
   constexpr int a_face = 64;       // units of work, with a descent
-  const double accepted = tolerance::ends_on_round * pair_.scale;
-  const bool has_corners = may_crowd(pair_.body[0]) || may_crowd(pair_.body[1]);
-  bool proving = false;
   SupportPolytope polytope(pair_, m_.rounding);
   WorkMeter meter(pair_.difference.limit);
   meter.spend(a_face);
@@ -200,13 +249,7 @@ double Search::expand() {
     meter.spend(a_face);
     const int nearest = polytope.nearest();
     const double offset = polytope.offset(nearest);
-    if (offset >= m_.best.h - (proving ? accepted : m_.rounding)) {
-      if (proving) return std::max(0.0, m_.best.h - offset);
-      if (!polytope.has_aside() || point_depth() >= m_.best.h - m_.rounding) return 0;
-      proving = true;
-      polytope.take_back();
-      continue;
-    }
+    if (offset >= m_.best.h - m_.rounding) return 0;
     const double margin = offset > 0 ? polytope.foot_margin(nearest) : 0;
     if (margin < 0) {  // its neighbour there is nearer the origin
       polytope.leave(nearest);
@@ -223,17 +266,15 @@ double Search::expand() {
       polytope.leave(nearest);
       continue;
     }
-    if (!proving && offset > 0 && m_.best.h - offset < narrow * margin) {
+    const double hole = m_.best.h - offset;
+    if (offset > 0 && hole < narrow * margin) {
       if (!is_known(n, w)) m_.try_from(n);
-      polytope.set_aside(nearest);
-      continue;
+      if (!may_have_more(n, hole / margin) || is_proven()) {
+        polytope.leave(nearest);
+        continue;
+      }
     }
-    if (!polytope.add(nearest, w)) {
-      // Two that are almost the same all around an axis: few points prove nothing, what the descents found counts.
-      if (proving && !has_corners) return 0;
-      polytope.take_back();
-      return m_.best.h - polytope.offset(polytope.nearest());
-    }
+    if (!polytope.add(nearest, w)) return m_.best.h - offset;
   }
 }
 

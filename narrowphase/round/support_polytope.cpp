@@ -8,7 +8,6 @@ namespace tandem {
 void SupportPolytope::new_face(int slot, int a, int b, int c) {
   Face& f = face_[slot];
   f.v[0] = a, f.v[1] = b, f.v[2] = c;
-  f.aside = false;
   const Vec3 &p = vertex_[a], &q = vertex_[b], &r = vertex_[c];
   const Vec3 pq = q - p, qr = r - q, rp = p - r;
   const double pq2 = pq.squaredNorm(), qr2 = qr.squaredNorm(), rp2 = rp.squaredNorm();

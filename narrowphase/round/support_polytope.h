@@ -1,7 +1,5 @@
 // A polytope within A - B that grows by points of its surface (van den Bergen 2001).
 #pragma once
-#include <utility>
-
 #include "round/support_descent.h"
 
 namespace tandem {
@@ -13,7 +11,6 @@ class SupportPolytope {
     int v[3];
     int next[3];  ///< the face across the edge v[i] -> v[i + 1]
     Vec3 normal;  ///< unit, outward
-    bool aside;   ///< set aside
   };
 
   /// `rounding`: metres; points no farther beyond a face count as on it.
@@ -32,14 +29,6 @@ class SupportPolytope {
   /// The distance of a face's plane from the origin, if the face is still to be examined; else infinity.
   double offset(int i) const { return key_[i]; }
   void leave(int i) { key_[i] = infinity; }
-  /// Leaves a face for later.
-  void set_aside(int i) { key_[i] = infinity, face_[i].aside = true, has_aside_ = true; }
-  bool has_aside() const { return has_aside_; }
-  /// Those set aside that are still there are to be examined.
-  void take_back() {
-    for (int i = 0; i < faces_; ++i)
-      if (std::exchange(face_[i].aside, false)) key_[i] = offset_[i];
-  }
   /// The distance of the origin's projection on the face from the triangle's border, if inside; negative outside.
   double foot_margin(int face) const;
   /// Adds w, seen by `face`. False if there is no room, or rounding makes the horizon more than one loop.
@@ -66,7 +55,6 @@ class SupportPolytope {
   double key_[max_faces];     ///< offset of the faces still to be examined, else infinity
   double offset_[max_faces];  ///< infinity: a free slot or a sliver
   int faces_ = 0;
-  bool has_aside_ = false;  ///< some face was set aside
   int free_[max_faces];
   int free_count_ = 0;
 };

@@ -19,6 +19,7 @@
 #include "message_of.h"
 #include "narrowphase/mesh_samples.h"
 #include "narrowphase/random_pairs.h"
+#include "scene/swept_boxes.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/prepare.h"
 #include "tandem/narrowphase/work_limit.h"
@@ -1007,4 +1008,42 @@ TEST_CASE("a cast meets the body that sampling meets first") {
   }
   CHECK(hits > 40);
   CHECK(free > 5);
+}
+
+TEST_CASE("a cast finds what the pair's time of impact does where it begins at a touch") {
+  Scene scene;
+  const Shape sheet(Triangle{{Vec3{-1, -1, 0}, Vec3{2, -1, 0}, Vec3{-1, 2, 0}}}), point(Sphere{0});
+  scene.add_body({.shape = scene.add_shape(sheet), .is_static = true});
+  SceneQueries queries(scene);
+  const NarrowPhase narrow;
+  const auto turned = [](double angle, const Vec3& at) {
+    return Pose::from(Quat(std::cos(angle / 2), 0, 0, std::sin(angle / 2)), at);
+  };
+  int touch = 0, free = 0;
+  for (const double angle : {0.0, 1.0})
+    for (const double gap : {1e-13, 8e-12, 1e-11, 1.2e-11, 2e-11, 5e-11, 1e-10, 1e-9}) {
+      const Motion along{Pose::at(0, 0, gap), turned(angle, {.1, 0, gap})},
+          up{Pose::at(0, 0, gap), turned(angle, {0, 0, .1 + gap})};
+      for (const Motion& motion : {along, up}) {
+        const auto pair = narrow.time_of_impact(point, motion, sheet, {Pose{}, Pose{}});
+        const auto cast = queries.cast(point, motion);
+        CAPTURE(angle, gap);
+        CHECK(bool(pair) == bool(cast));
+        if (pair && cast) CHECK(pair->t == cast->t);
+        ++(pair ? touch : free);
+      }
+    }
+  CHECK(touch > 5);
+  CHECK(free > 5);
+}
+
+TEST_CASE("boxes about moving shapes contain what is within their share of a touch") {
+  const Shape sheet(Triangle{{Vec3{-1, -1, 0}, Vec3{2, -1, 0}, Vec3{-1, 2, 0}}}), point(Sphere{0});
+  const double gap = touch_share(sheet) + touch_share(point, .1);
+  CHECK(gap > 1e-11);
+  const Motion motion{Pose::at(0, 0, gap), Pose::at(.1, 0, gap)};
+  const Aabb still = swept_box(sheet, {Pose{}, Pose{}}), moving = swept_box(point, motion);
+  CHECK(moving.lo[2] <= still.hi[2]);
+  const SweptBoxes swept(point, motion);
+  for (std::size_t i = 0; i < swept.size(); ++i) CHECK(swept.box(i).lo[2] <= still.hi[2]);
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 #include "ask.h"
@@ -286,4 +287,63 @@ TEST_CASE("at the end of an edge what rises on beyond it pushes, not the edge") 
     REQUIRE(!contacts.empty());
     for (const Contact& c : contacts) CHECK((c.normal - Vec3::UnitZ()).norm() < 1e-9);
   }
+}
+
+TEST_CASE("rounded meshes: only contacts whose own translation does not separate are lost") {
+  const Shape body(drawn_out({{-.8, -.8}, {1.2, -.8}, {1.2, .2}, {.2, .2}, {.2, 1.2}, {-.8, 1.2}},
+                             {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, .5));
+  const Shape a = body.rounded(.05), b = body.rounded(.03);
+  const NarrowPhase narrow;
+  for (const Vec3& at : {Vec3(-.75, -.5, .75), Vec3(.75, .75, .75)}) {
+    const Pose pose_b{Mat3::Identity(), at};
+    std::vector<Contact> contacts;
+    const PairAnswer answer = narrow.solve(a, Pose{}, b, pose_b, Request::contacts, &contacts);
+    CAPTURE(at.transpose());
+    CHECK(answer.status == Status::ok);
+    CHECK(contacts.size() == 4);  // along z: as many along others do not separate
+    double deepest = 0;
+    for (const Contact& c : contacts) deepest = std::max(deepest, c.depth);
+    CHECK(deepest == -answer.signed_distance);
+    for (const Contact& c : contacts) {
+      if (c.depth < deepest - 1e-9) continue;
+      const Pose out{Mat3::Identity(), at + (c.depth + 1e-9) * c.normal};
+      CHECK(narrow.solve(a, Pose{}, b, out, Request::distance).signed_distance > -2e-9);
+    }
+  }
+}
+
+TEST_CASE("the contact of a ring in a ring lies in both, and tiny motions hardly move it") {
+  const auto ring = [](double inner, double outer, double half) {
+    constexpr std::uint32_t sides = 16;
+    Mesh mesh;
+    for (std::uint32_t i = 0; i < sides; ++i) {
+      const double angle = i * (2 * 3.14159265358979323846 / sides), c = std::cos(angle), s = std::sin(angle);
+      for (const auto& [r, z] : {std::pair{inner, -half}, {outer, -half}, {outer, half}, {inner, half}})
+        mesh.vertices.emplace_back(r * c, r * s, z);
+      const std::uint32_t here = 4 * i, next = 4 * ((i + 1) % sides);
+      for (std::uint32_t k = 0; k < 4; ++k) {
+        const std::uint32_t l = (k + 1) % 4;
+        mesh.triangles.push_back({here + k, next + l, here + l});
+        mesh.triangles.push_back({here + k, next + k, next + l});
+      }
+    }
+    mesh.solid = true;
+    return Shape(mesh);
+  };
+  const Shape inner = ring(.75, .85, .05), outer = ring(.6, 1, .3);
+  REQUIRE(inner.mass().volume > 0);
+  const auto contact = [](const Shape& a, const Shape& b, const Vec3& at) {
+    std::vector<Contact> contacts;
+    NarrowPhase().solve(a, Pose{}, b, Pose{Mat3::Identity(), at}, Request::contacts, &contacts);
+    REQUIRE(contacts.size() == 1);
+    return contacts[0];
+  };
+  const Contact first = contact(inner, outer, Vec3::Zero());
+  CHECK(std::abs(first.normal.z()) > 0.9999);
+  CHECK(std::abs(first.point.z()) < 1e-9);
+  CHECK(first.point.norm() > .75 * std::cos(3.15 / 16) - 1e-9);
+  CHECK(first.point.norm() < .85 + 1e-9);
+  CHECK((contact(outer, inner, Vec3::Zero()).point - first.point).norm() < 1e-9);
+  for (const Vec3& moved : {Vec3(1e-9, 0, 0), Vec3(0, -1e-9, 0), Vec3(-1e-9, 1e-9, 1e-9)})
+    CHECK((contact(inner, outer, moved).point - first.point).norm() < 1e-8);
 }

@@ -115,7 +115,6 @@ CPP_ALONE = {
     "round_down": "BoxQueries does it",
     "body_pair": "ContactEvents",
     "compare_pairs": "ContactEvents",
-    "touch_share": "SceneQueries.cast does it",
     "triangle_at": "triangles_at",
     "name": "names are texts in Python",
 }

@@ -170,23 +170,127 @@ class Touching {
     return m_.mesh(of_a).solid && is_inside(m_.mesh(of_a), pose, p, Pose{}, m_.limit);
   }
 
-  // Of one inside the other: the middle where it lies in both, else the vertex nearest to it of a component inside: a
-  // surface, or a solid about a hole, need not be near the middle of its box, and components may lie far apart.
+  struct Component {
+    double distance;  // of its nearest extreme vertex from the middle
+    bool of_a;
+    std::uint32_t number;
+  };
+  // An extreme vertex of a component inside the other mesh, and the middle of those of the component.
+  struct Inner {
+    Vec3 at, centre;
+    bool of_a;
+  };
+
+  // Of one inside the other: the middle where it lies in both; else of the components inside the extreme vertex nearest
+  // to it, or the middle of the line along the normal from there inside both: a surface, or a solid about a hole, need
+  // not be near the middle of its box, and components may lie far apart.
   Vec3 place_in_both() {
-    constexpr int of_test = 16;
     const Vec3 p = middle();
     if (holds(true, p) && holds(false, p)) return p;
-    Vec3 nearest = p;
-    double least = std::numeric_limits<double>::infinity();
-    for (const bool of_a : {true, false})
+    List<Inner> nearest = nearest_inside(p);
+    if (nearest.empty()) return p;
+    // Of equally near ones the first along the axes of the larger mesh, which no order of vertices or meshes changes.
+    const bool by_a = m_.a.half.norm() >= m_.b.half.norm();
+    for (int k = 0; k < 3; ++k) {
+      const Vec3 axis = by_a ? Vec3(Vec3::Unit(k)) : Vec3(m_.frame.map().col(k));
+      double most = -std::numeric_limits<double>::infinity();
+      for (const Inner& i : nearest) most = std::max(most, axis.dot(i.at));
+      const double least = most - tolerance::alike * (m_.a.half + m_.b.half).norm();
+      const auto is_less = [&](const Inner& i) { return axis.dot(i.at) < least; };
+      nearest.erase(std::remove_if(nearest.begin(), nearest.end(), is_less), nearest.end());
+    }
+    return middle_inside(nearest.front());
+  }
+
+  List<Inner> nearest_inside(const Vec3& p) {
+    constexpr int of_test = 16;
+    List<Component> order(faces_.get_allocator());
+    List<Inner> nearest(faces_.get_allocator());
+    for (const bool of_a : {true, false}) {
+      std::uint32_t number = 0;
       for (const MeshModel::Component& component : m_.mesh(of_a).components(m_.limit)) {
-        meter_.spend(of_test);
-        if (!holds(!of_a, m_.vertex(of_a, component[0]))) continue;
-        for (const std::uint32_t v : component)
-          if (const double far = (m_.vertex(of_a, v) - p).norm(); far < least)
-            least = far, nearest = m_.vertex(of_a, v);
+        meter_.spend();
+        double least = std::numeric_limits<double>::infinity();
+        for (const std::uint32_t v : component) least = std::min(least, (m_.vertex(of_a, v) - p).norm());
+        order.push_back({least, of_a, number++});
       }
+    }
+    std::sort(order.begin(), order.end(), [](const auto& x, const auto& y) { return x.distance < y.distance; });
+    double farthest = std::numeric_limits<double>::infinity();
+    for (const Component& c : order) {
+      if (c.distance > farthest) break;
+      meter_.spend(of_test);
+      const MeshModel::Component& component = m_.mesh(c.of_a).components(m_.limit)[c.number];
+      if (!holds(!c.of_a, m_.vertex(c.of_a, component[0]))) continue;
+      farthest = std::min(farthest, c.distance + tolerance::alike * (m_.a.half + m_.b.half).norm());
+      Vec3 sum = Vec3::Zero();
+      for (const std::uint32_t v : component) sum += m_.vertex(c.of_a, v);
+      for (const std::uint32_t v : component)
+        if (const Vec3 at = m_.vertex(c.of_a, v); (at - p).norm() <= farthest)
+          nearest.push_back({at, sum / static_cast<double>(component.size()), c.of_a});
+    }
     return nearest;
+  }
+
+  // The middle of the line along the normal from a vertex inside both, if it enters both to one side; else the vertex.
+  Vec3 middle_inside(const Inner& from) {
+    if (!m_.mesh(from.of_a).solid) return from.at;
+    for (const double side : {1.0, -1.0}) {
+      double length = std::numeric_limits<double>::infinity();
+      for (const bool of_a : {true, false}) length = std::min(length, length_inside(of_a, from.at, side * n_));
+      if (!(length < std::numeric_limits<double>::infinity())) continue;
+      const Vec3 at = from.at + 0.5 * length * side * n_;
+      // It may run along an edge or a face: then what lies a little to one side decides.
+      const Vec3 aside = slack_ * (from.centre - at).stableNormalized();
+      for (const Vec3& inner : {at, Vec3(at + aside), Vec3(at - aside)})
+        if (holds(true, inner) && holds(false, inner)) return at;
+    }
+    return from.at;
+  }
+
+  // The distance from a point along d (unit) to the mesh's surface that is next beyond slack_; infinity without one.
+  double length_inside(bool of_a, const Vec3& from, const Vec3& d) {
+    const MeshModel& mesh = m_.mesh(of_a);
+    const Mat3 back = m_.frame.map().transpose();
+    const Vec3 line = of_a ? d : Vec3(back * d), start = of_a ? from : Vec3(back * (from - m_.frame.shift()));
+    const Vec3 at = (start - mesh.centre) / mesh.unit;
+    const double pad = slack_ / mesh.unit + tolerance::no_extent;
+    double least = std::numeric_limits<double>::infinity();
+    std::array<std::uint32_t, most_mesh_levels * mesh_lanes> stack;
+    std::size_t top = 0;
+    stack[top++] = 0;
+    while (top > 0) {
+      const MeshNode& n = mesh.nodes[stack[--top]];
+      meter_.spend();
+      LaneBoxes room;
+      const LaneBoxes& boxes = mesh.lane_boxes(n, room);
+      for (std::uint32_t k = 0; k < n.lanes(); ++k) {
+        const auto vector_of = [k](const auto& of) -> Vec3 {
+          return Eigen::Vector3f(of[0][k], of[1][k], of[2][k]).cast<double>();
+        };
+        const Vec3 to = vector_of(boxes.mid) - at;
+        if ((to - line.dot(to) * line).norm() > vector_of(boxes.half).norm() + pad) continue;
+        if (n.bottom())
+          least = std::min(least, length_to(mesh.corners(mesh.triangle_of(n, k)), start, line));
+        else
+          stack[top++] = mesh.boxes_of(n).child[k];
+      }
+    }
+    return least;
+  }
+
+  // To a triangle, its border included; infinity beside it, along it and before slack_.
+  double length_to(const std::array<Vec3, 3>& corners, const Vec3& from, const Vec3& d) const {
+    const Vec3 area = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+    const double along = area.dot(d), length = area.dot(corners[0] - from) / along;
+    if (!(std::abs(along) > tolerance::alike * area.norm()) || !(length > slack_))
+      return std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Vec3 p = corners[k] - from, edge = corners[(k + 1) % 3] - corners[k];
+      if (std::copysign(1.0, along) * d.dot(p.cross(edge)) < -slack_ * edge.norm())
+        return std::numeric_limits<double>::infinity();
+    }
+    return length;
   }
 
   void find_separating_direction() {

@@ -69,22 +69,15 @@ class NarrowPhase {
                                        const Pose& pose_b, const Vec3& velocity_b, double tmax) const;
 
   /// The first contact of two bodies on motions that may rotate; empty if there is none. Never missed, and late at most
-  /// by rounding; early where they come as near as their shares allow (touch_share, 1e-10 of the path). By conservative
-  /// advancement with a bound on points' speeds along the normal (Mirtich 1996; Zhang, Lee and Kim, "Interactive
-  /// continuous collision detection for non-convex polyhedra", 2006), for meshes by their hierarchies. Poses must be
-  /// valid. Throws std::invalid_argument for pairs whose distance is refused; WorkStopped as above.
+  /// by rounding; early where they come as near as 1e-10 of the path. By conservative advancement with a bound on the
+  /// speed of each body's points along the normal (Mirtich 1996; Zhang, Lee and Kim, "Interactive continuous collision
+  /// detection for non-convex polyhedra", 2006), for meshes by their hierarchies. Poses must be valid. Throws
+  /// std::invalid_argument for pairs whose distance is refused; WorkStopped as above.
   std::optional<FirstTouch> time_of_impact(const Shape& a, const Motion& motion_a, const Shape& b,
                                       const Motion& motion_b) const;
 
  private:
   NarrowPhaseOptions options_;
 };
-
-/// What a shape adds to the gap up to which two count as touching on their motions, metres: `time_of_impact` of both is
-/// the first time at which their gap is at most the sum of their shares. Boxes about moving shapes, each wider by its
-/// share, part none that touch. At rest: 1e-14 of its size; more for a motion, 1e-10 of its path (`Motion` valid).
-/// Throws WorkStopped (work_limit.h) if the limit ends the making of a mesh's hull; null: none.
-double touch_share(const Shape& shape);
-double touch_share(const Shape& shape, const Motion& motion, const WorkLimit* limit = nullptr);
 
 }  // namespace tandem
