@@ -481,4 +481,22 @@ inline constexpr double peer_accuracy = 1e-10;
 inline constexpr double peer_normal = 1e-6;
 
 }  // namespace tolerance
+// Factors near 1 (no unit).
+
+/// Enlarges a bound computed in single precision from few summands: more than their rounding, 1e-6. Less: rounding may
+/// take from the bound. More: more candidates are tested in double precision.
+inline constexpr double bound_in_floats = 1.001;
+/// The same for one quotient, whose rounding is 1e-7: a margin in the units of a mesh.
+inline constexpr double margin_in_floats = 1.00001;
+/// Below this share of the squared sum of their radii, of the squared distance between their centres, two inner balls
+/// overlap clearly. More: rounding decides. Less: the answer is the same by the full test.
+inline constexpr double balls_overlap2 = 0.99;
+/// Cosine within which a face's normal is at a known minimum of the depth (1.1 degrees). More: the minimum is searched
+/// for again. Less: one beside it is missed.
+inline constexpr double at_minimum = 0.9998;
+/// Share of a permitted step that is taken, so that rounding leaves its end within what is permitted.
+inline constexpr double within_reach = 0.999;
+/// Share of a known length below which a shorter translation is searched for; a smaller gain ends a search.
+inline constexpr double worth_shortening = 0.999;
+
 }  // namespace tandem

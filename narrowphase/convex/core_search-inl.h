@@ -92,7 +92,7 @@ class Core {
     const SupportMap& map = v.hull->support;
     blocks_ = map.blocks();
     const std::array<float, 3>& s = map.slack();
-    slack_ = 1.001f * std::sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
+    slack_ = static_cast<float>(tolerance::bound_in_floats) * std::sqrt(s[0] * s[0] + s[1] * s[1] + s[2] * s[2]);
   }
   /// Prefetches all vertices of a small hull.
   HWY_INLINE void fetch() const {

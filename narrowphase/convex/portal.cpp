@@ -65,7 +65,7 @@ bool RoundPortal::farthest(const Vec3& n, PortalCorner& w) const {
 }
 
 PortalResult RoundPortal::search() const {
-  if (ball_ > tolerance::no_centre_line * scale_ && centre_.squaredNorm() < 0.99 * ball_ * ball_)
+  if (ball_ > tolerance::no_centre_line * scale_ && centre_.squaredNorm() < tolerance::balls_overlap2 * ball_ * ball_)
     return {Verdict::overlapping, -centre_};
   if (!(centre_.squaredNorm() > tolerance::no_centre_line2 * scale_ * scale_)) return {Verdict::open, Vec3::UnitX()};
   RoundFace portal;

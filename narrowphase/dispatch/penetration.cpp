@@ -63,7 +63,6 @@ class ShortestFree {
   /// From a free translation of two meshes: back to contact, around the obstacle, back again.
   void shorten(Vec3 free) {
     constexpr int rounds = 8;
-    constexpr double enough = 0.999;  // of the length: a smaller gain ends it
     for (int i = 0; i < rounds; ++i) {
       const double before = free.norm();
       free = pulled_in(free);
@@ -72,7 +71,7 @@ class ShortestFree {
       search.shorten();
       if (const Vec3 to = search.known.length * search.known.normal; to.norm() < free.norm() && is_free(to)) free = to;
       take(free);
-      if (!(free.norm() < enough * before)) return;
+      if (!(free.norm() < tolerance::worth_shortening * before)) return;
     }
   }
 

@@ -12,7 +12,7 @@ void append_points(const PatchPoint* points, int count, const Pose& pose, const 
   for (int i = 0; i < count; ++i) contacts.push_back({pose * points[i].at, normal, points[i].depth, points[i].feature});
 }
 
-bool stands_for(PatchPoint* points, int count, double depth, double slack) {
+bool set_deepest(PatchPoint* points, int count, double depth, double slack) {
   double deepest = -infinity;
   bool lowest = false;
   for (int i = 0; i < count; ++i) {
@@ -55,7 +55,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
         count = overlap_edges(fa, fb, answer, margin, a.size + b.size, points);
       }
     }
-    if (count > 0 && stands_for(points, count, -answer.signed_distance, slack)) {
+    if (count > 0 && set_deepest(points, count, -answer.signed_distance, slack)) {
       if (!whole) count = span_patch(points, count, n, a.size + b.size);
       append_points(points, count, pose_a, pose_a.rotation * n, contacts);
       return;

@@ -27,10 +27,10 @@ bool append_parallel_capsules(const SegmentDistance& axes, double radius_a, doub
 void append_halfspace_manifold(const ConvexView& shape, const Pose& pose, const Vec3& normal, double offset,
                                double margin, std::vector<Contact>& contacts);
 
-/// Whether points of clipped faces include the deepest point of the pair, `depth` deep, to rounding; the deepest of
-/// them then gets that depth. Circles are clipped as polygons, and a slanting face may not contain that point: it must
-/// not get lost.
-bool stands_for(PatchPoint* points, int count, double depth, double slack);
+/// If points of clipped faces include the pair's deepest point, `depth` deep, to rounding, the deepest of them gets
+/// that depth. False if not: circles are clipped as polygons, and a slanting face may not contain that point, which
+/// the caller then adds.
+bool set_deepest(PatchPoint* points, int count, double depth, double slack);
 
 /// Gives the greatest depth to the first of the points whose depth is equal to it within `slack`, as `span_patch` does.
 void share_greatest_depth(PatchPoint* points, int count, double slack);

@@ -14,8 +14,10 @@
 namespace tandem {
 namespace {
 
-constexpr double opposing = -0.7;  // cosines of the angle between normals
-constexpr double one_side = -0.9999;
+/// Cosine between the normals of two patches below which they push against each other (135 degrees).
+constexpr double opposing = -0.7;
+/// Cosine between the normals of two patches up to which they may be the two sides of one surface (179.2 degrees).
+constexpr double two_sides = -0.9999;
 
 /// Chooses at most four of a patch's contacts that span it, the deepest among them.
 class WidestPoints {
@@ -266,7 +268,7 @@ void PatchCollector::join_sides(const List<Place>& places, List<Patch>& patches)
     if (!is_free(i)) continue;
     const Vec3 &normal = patches[i].normal, &at = points_[patches[i].deepest.point].at;
     for (std::uint32_t j = i + 1; j < patches.size(); ++j) {
-      if (normal.dot(patches[j].normal) > one_side || !is_free(j)) continue;
+      if (normal.dot(patches[j].normal) > two_sides || !is_free(j)) continue;
       if (std::abs(normal.dot(points_[patches[j].deepest.point].at - at)) > slack) continue;
       if (only_touches(patches[i]) && only_touches(patches[j])) patches[j].side_of = i;
     }

@@ -105,7 +105,8 @@ class MeshConvex {
     SeparationSearch search(overlapping, {.normal = near.normal});
     Separation& known = search.known;
     std::vector<Vec3> tried;
-    const auto along = [&](const Vec3& d, double alike = 0.9999) {
+    constexpr double tried_before = 0.9999, tried_nearly = 0.95;  // cosines: within 0.8 and 18 degrees
+    const auto along = [&](const Vec3& d, double alike = tried_before) {
       if (search.is_shortest() || !(d.norm() > 0.5)) return;
       if (std::any_of(tried.begin(), tried.end(), [&](const Vec3& o) { return o.dot(d) > alike; })) return;
       tried.push_back(d);
@@ -122,7 +123,7 @@ class MeshConvex {
     by_deep_points(tried.empty() ? known.normal : tried[0]);
     constexpr std::size_t most_directions = 5;
     for (const Vec3& n : overlap.normals)
-      if (tried.size() < most_directions) along(n, 0.95);
+      if (tried.size() < most_directions) along(n, tried_nearly);
     // Deep inside, the separation from the hull may be as good as any.
     const double small = 0.1 * std::min(pair_.mesh().shape.size(), pair_.posed_convex().shape.size());
     if (!search.is_shortest() && known.length > small && pair_.model().hull(pair_.options().limit).dimension == 3)

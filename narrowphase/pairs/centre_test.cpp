@@ -139,7 +139,7 @@ template <class Other>
 MeshGap gap_between_centres(const Hull& a, const Pose& pose_a, const Other& b, const Pose& pose_b, double size) {
   const Vec3 in_b = inner_centre(b), between = from_to(a.inside, pose_a, in_b, pose_b);
   const double length2 = between.squaredNorm(), inner = a.inner_radius + inner_radius(b);
-  if (length2 < 0.99 * inner * inner) return {};
+  if (length2 < tolerance::balls_overlap2 * inner * inner) return {};
   const double covered = reach(a, pose_a.rotation.transpose() * between, Reach::at_most) +
                          reach(b, -(pose_b.rotation.transpose() * between), Reach::at_most);
   const double length = std::sqrt(length2);

@@ -162,7 +162,7 @@ void Search::try_axes() {
 bool Search::is_known(const Vec3& n, const Vec3& w) const {
   for (int i = 0; i < m_.count; ++i) {
     const double c = m_.known[i].dot(n);
-    if (c > 0.9998 && m_.known[i].dot(w) < c * n.dot(w)) return true;
+    if (c > tolerance::at_minimum && m_.known[i].dot(w) < c * n.dot(w)) return true;
   }
   return false;
 }

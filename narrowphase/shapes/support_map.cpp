@@ -83,7 +83,7 @@ SupportMap::SupportMap(std::span<const Vec3> vertices, const Vec3& middle, WorkM
     // Values in double precision are relative to the shape's origin.
     const double rounding = tolerance::support_of_floats * reach[k] + tolerance::support_of_doubles * most[k];
     const double slack = rounding / unit_ + tolerance::clear_of_denormals;
-    slack_[static_cast<std::size_t>(k)] = static_cast<float>(1.001 * slack);
+    slack_[static_cast<std::size_t>(k)] = static_cast<float>(tolerance::bound_in_floats * slack);
   }
   const auto append = [&](std::span<const std::uint32_t> kept) {
     const Range range{static_cast<std::uint32_t>(blocks_.size()),

@@ -375,7 +375,7 @@ void ConvexContacts::append_over(const Corners& p, const Vec3& n, const Vec3& lo
     face.normal = n;
     count = clip_over_triangle(face, shown, pair_.options().margin, depth, slack, points);
   }
-  const bool reaches = count > 0 && stands_for(points, count, depth, slack);
+  const bool reaches = count > 0 && set_deepest(points, count, depth, slack);
   for (int i = 0; i < count; ++i) found.push_back({points[i].at, n, points[i].depth, points[i].feature});
   if (reaches) return;
   const Vec3 foot = low + depth * n;

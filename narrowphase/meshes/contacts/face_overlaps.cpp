@@ -162,7 +162,7 @@ class FacetsByNormal {
 
   // Sets the numbers of those whose normal has a cosine above carries_patch with n (unit), in ascending order.
   void find(const Vec3& n, List<std::uint32_t>& facing) const {
-    const double reach = 1.001 * std::sqrt(2 * (1 - carries_patch));
+    const double reach = tolerance::bound_in_floats * std::sqrt(2 * (1 - carries_patch));
     facing.clear();
     auto at = std::partition_point(order_.begin(), order_.end(),
                                    [&](std::uint32_t i) { return facets_[i].n.x() < n.x() - reach; });

@@ -102,8 +102,7 @@ bool OverlappingMeshes::collide(const Vec3& move) const {
 // By bisection; translations in between need not be free.
 double OverlappingMeshes::free_length(const Vec3& direction, const Separation& known) const {
   constexpr int halvings = 12;
-  constexpr double worth_it = 0.999;
-  double free = worth_it * std::min(known.length, size), blocked = known.certain;
+  double free = tolerance::worth_shortening * std::min(known.length, size), blocked = known.certain;
   if (!is_free(free * direction)) return infinity;
   for (int i = 0; i < halvings; ++i) {
     const double middle = (free + blocked) / 2;

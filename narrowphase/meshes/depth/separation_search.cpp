@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "shapes/unit_vector.h"
+#include "tolerances.h"
 
 namespace tandem {
 
@@ -62,7 +63,8 @@ void SeparationSearch::shorten() {
     if (!pair_.separating_planes(at, reach, planes)) break;
     for (Constraint& plane : planes) plane.bound += effort.margin * pair_.slack;
     if (!shortest_feasible(planes, effort.plane_slack * pair_.slack, to)) break;
-    if (const double step = (to - at).norm(); step > reach) to = at + (0.999 * reach / step) * (to - at);
+    if (const double step = (to - at).norm(); step > reach)
+      to = at + (tolerance::within_reach * reach / step) * (to - at);
     const double length = to.norm();
     if (!(length > 0 && length < known.length - pair_.slack)) break;
     if (effort.trust_planes || pair_.is_free(to))

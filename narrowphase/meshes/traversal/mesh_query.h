@@ -62,7 +62,7 @@ class BoxQuery {
   template <class Visit>
   void each_bottom(double margin, Visit&& visit) const {
     // Without rounding the gap along an axis decides; with rounding the distance.
-    const float reach = ball_ > 0 ? squared(margin) : static_cast<float>(std::min(margin / mesh_.unit * 1.00001, 1e30));
+    const float reach = ball_ > 0 ? squared(margin) : static_cast<float>(std::min(in_units(margin), 1e30));
     WorkMeter meter(limit_);
     std::array<std::uint32_t, stack_size> stack;
     std::size_t top = 0;
@@ -139,8 +139,10 @@ class BoxQuery {
  private:
   static constexpr std::size_t stack_size = most_mesh_levels * mesh_lanes;
 
+  double in_units(double distance) const { return distance / mesh_.unit * tolerance::margin_in_floats; }
+
   float squared(double distance) const {
-    const double d = (distance + ball_) / mesh_.unit * 1.00001;
+    const double d = in_units(distance + ball_);
     return d * d < 1e37 ? static_cast<float>(d * d) : std::numeric_limits<float>::infinity();
   }
 
