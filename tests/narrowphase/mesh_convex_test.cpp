@@ -144,6 +144,23 @@ Mesh open_shell(Random& r) {
 
 }  // namespace
 
+TEST_CASE("the distance of a convex shape and a large mesh looks at few of its triangles") {
+  const Shape ground(level_ground(60, 300));
+  for (const Shape& shape : convex_shapes())
+    for (const double height : {0.7, 20.0}) {
+      CAPTURE(name(shape.kind()), height);
+      int checks = 0;  // of the limit, one every few hundred triangles; all have some 600
+      WorkLimit limit;
+      limit.ended = [&] { return ++checks < 0; };
+      NarrowPhaseOptions options;
+      options.limit = &limit;
+      const Pose pose = Pose::at(0.3, 0.2, height);
+      const PairAnswer far = NarrowPhase(options).solve(ground, Pose{}, shape, pose, Request::distance);
+      CHECK(far.signed_distance == Approx(pose.translation.z() + shape.bounds(Pose{}).lo.z()));
+      CHECK(checks < 60);
+    }
+}
+
 TEST_CASE("a surface keeps from a convex shape what its nearest triangle keeps, near and far") {
   Mesh ring = torus(1, 0.3, 12, 9);
   ring.solid = false;

@@ -2,19 +2,14 @@
 #include "meshes/traversal/mesh_convex_pair.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
 #include <limits>
-#include <memory_resource>
-#include <vector>
 
 #include "closed_forms/closed_forms.h"
 #include "closed_forms/surface_distance.h"
 #include "manifold/manifold.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "pairs/convex_pair.h"
-#include "shapes/lent_memory.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
 
@@ -90,12 +85,11 @@ TriangleBound MeshConvexPair::bound_by(const Corners& p, const Vec3& point, Vec3
   const auto surface = surface_distance(view_, turn_.rotation.transpose() * point, 10 * slack());
   if (!surface) return {};
   TriangleBound b{true, surface->inside, false, point, -(turn_.rotation * surface->normal)};
-  // From outside, the highest face of a hull is no farther than the hull; the hull may be.
-  if (surface->inside || view_.hull == nullptr) b.depth = -surface->distance;
   on_surface = point + surface->distance * b.normal;
   if (surface->inside) {
     const double top = most_along(b.normal, p) - b.normal.dot(point);
     b.is_depth = top <= 0;
+    b.depth = -surface->distance;
     b.gap = surface->distance - std::max(0.0, top);
   } else {
     b.gap = support_plane(b.normal).beyond(p);
@@ -114,9 +108,7 @@ TriangleBound MeshConvexPair::bound(const Corners& p) const {
     const Vec3 point = turn_.rotation * near.cwiseProduct(radii);
     if (near.squaredNorm() < 1) return bound(p, point);
     TriangleBound b{true, false, false, point, -(turn_.rotation * unit(near.cwiseQuotient(radii)))};
-    const Vec3 shown = support(-b.normal);
-    b.gap = SupportPlane{b.normal, b.normal.dot(shown)}.beyond(p);
-    b.depth = -(shown - point).norm();
+    b.gap = support_plane(b.normal).beyond(p);
     return b;
   }
   constexpr int steps = 2;  // alternating projections
@@ -200,24 +192,18 @@ bool MeshConvexPair::collide(std::span<const Vec3> towards) const {
   return hit || inside();
 }
 
-// Triangles that are known to be separated are solved last, in the order of their bounds, the nearest first.
 PairAnswer MeshConvexPair::nearest(double cutoff) const {
-  struct Apart {
-    double gap;
-    std::uint32_t t;
-    bool operator<(const Apart& other) const { return gap > other.gap; }  // the nearest is the greatest
-  };
-  std::array<std::byte, 4096> usual;
-  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size(), lent_memory(options_));
-  std::pmr::vector<Apart> apart(&memory);
-  apart.reserve(usual.size() / sizeof(Apart) / 2);
   PairAnswer best;
   best.signed_distance = infinity;
   std::uint32_t nearest = 0;
   SupportPlane clear;
-  double most = cutoff + slack();  // the distance is no more, or not asked for
-  const auto interest = [&] { return std::min(best.signed_distance, most) + slack(); };
-  const auto look = [&](std::uint32_t t, const Corners& p) {
+  const double within = cutoff + slack();
+  query().nearest_first(within, [&](std::uint32_t t) {
+    if (best.signed_distance <= 0) return -1.0;
+    const Corners p = corners(t);
+    const double interest = std::min(best.signed_distance, within) + slack();
+    if (clear.beyond(p) > interest || plane_gap(p) > interest) return interest;
+    if (bound(p).gap > interest) return interest;
     // The first by index of equally near triangles, so that the order of the search does not matter.
     const PairAnswer r = solve(p, Request::distance);
     if (r.signed_distance < best.signed_distance || (r.signed_distance == best.signed_distance && t < nearest)) {
@@ -225,30 +211,8 @@ PairAnswer MeshConvexPair::nearest(double cutoff) const {
       nearest = t;
       clear = support_plane(best.normal);
     }
-  };
-  const BoxQuery boxes = query();
-  boxes.nearest_first(most, [&](std::uint32_t t) {
-    if (best.signed_distance <= 0) return -1.0;
-    const Corners p = corners(t);
-    if (clear.beyond(p) > interest() || plane_gap(p) > interest()) return interest();
-    const TriangleBound own = bound(p);
-    if (own.gap > interest()) return interest();
-    if (own.gap > 0) {
-      apart.push_back({own.gap, t});
-      if (-own.depth < most) most = -own.depth, clear = support_plane(own.normal);
-    } else {
-      look(t, p);
-    }
-    return interest();
+    return std::min(best.signed_distance, within) + slack();
   });
-  WorkMeter meter(options_.limit);
-  std::make_heap(apart.begin(), apart.end());
-  for (; !apart.empty() && apart.front().gap <= interest(); apart.pop_back()) {
-    meter.spend(boxes.a_visit());
-    const Corners p = corners(apart.front().t);
-    if (clear.beyond(p) <= interest()) look(apart.front().t, p);
-    std::pop_heap(apart.begin(), apart.end());
-  }
   decide(best);
   return best;
 }

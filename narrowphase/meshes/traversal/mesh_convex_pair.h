@@ -58,8 +58,7 @@ struct TriangleBound {
   Vec3 normal = Vec3::Zero();  ///< unit, towards the convex shape
   double gap = -infinity;      ///< along it, a lower bound of the distance; negative: minus the length of a translation
                                ///< that separates
-  double depth = -infinity;    ///< of the point below the surface: no translation shorter than this separates;
-                               ///< negative: the distance is no more than minus this
+  double depth = -infinity;    ///< of the point below the surface: no translation shorter than this separates
 };
 
 /// Everything is computed with the mesh's axes about the convex shape's origin: far from the origin of either frame,
