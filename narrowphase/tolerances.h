@@ -169,8 +169,8 @@ inline constexpr double orthonormal = 1e-14;
 
 // ---- Directions that count as parallel: sines
 
-/// Sides of triangles: below it a face of the Minkowski difference is narrower than the rounding of the corners. (With
-/// `parallel_edges2` other last bits for meshes of slivers.)
+/// Sides of triangles: below it a face of the Minkowski difference is narrower than the rounding of the corners. More,
+/// as `parallel_edges2`: depths of slivers in meshes change in their last digits. Less: a face's normal is noise.
 inline constexpr double parallel_sides2 = squared(1e-13);
 /// Edges of polytopes or of their Minkowski difference: 45 epsilon. Less: a cross product that is noise, as the normal
 /// of a triangle or an axis of separation. More: boxes rotated by a tiny angle lack an axis that separates.
@@ -180,7 +180,8 @@ inline constexpr double parallel_edges2 = squared(1e-14);
 /// length.
 inline constexpr double parallel_lines = 1e-12;
 inline constexpr double parallel_lines2 = squared(parallel_lines);
-/// Planes whose line of intersection is computed.
+/// Planes whose line of intersection is computed: a squared sine. Less: the line lies anywhere. More: an edge of two
+/// faces that are nearly parallel is not searched.
 inline constexpr double parallel_planes2 = 1e-20;
 
 /// Edges and sides whose crossing, from squares, keeps half of its digits; below, products are summed without
@@ -480,8 +481,7 @@ inline constexpr double peer_accuracy = 1e-10;
 /// The largest deviation of the length of their normals from 1.
 inline constexpr double peer_normal = 1e-6;
 
-}  // namespace tolerance
-// Factors near 1 (no unit).
+// ---- Factors near 1
 
 /// Enlarges a bound computed in single precision from few summands: more than their rounding, 1e-6. Less: rounding may
 /// take from the bound. More: more candidates are tested in double precision.
@@ -498,5 +498,7 @@ inline constexpr double at_minimum = 0.9998;
 inline constexpr double within_reach = 0.999;
 /// Share of a known length below which a shorter translation is searched for; a smaller gain ends a search.
 inline constexpr double worth_shortening = 0.999;
+
+}  // namespace tolerance
 
 }  // namespace tandem

@@ -18,10 +18,11 @@ class KeptContacts::Batch {
 
   /// The number of pairs at the front whose answers remain valid; they are appended if all pairs are processed.
   std::size_t append_valid(std::span<const Pair> pairs);
-  /// Extrapolates the answer of the pair after those that stand; if true, `result.answer` is set and the contacts are
-  /// appended. `collide`, if not empty, computes whether the bodies touch; it is called where the bound leaves the
-  /// verdict in doubt.
+  /// Prefetches the data of a pair that comes soon.
   void fetch_ahead() const;
+  /// Extrapolates the answer of the pair after those whose answers remain valid; if true, `result.answer` is set and
+  /// the contacts are appended. `collide`, if not empty, computes whether the bodies touch; it is called where the
+  /// bound leaves the verdict in doubt.
   bool extrapolate(Pair pair, PairResult& result, const std::function<bool()>& collide = {});
   /// Stores a computed answer for extrapolation in later steps.
   void store(const PairResult& result, std::span<const Contact> contacts);

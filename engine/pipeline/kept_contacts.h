@@ -196,7 +196,7 @@ class KeptContacts {
   std::mutex mutex_;  // guards the batches' reports:
   std::vector<NewPair> new_pairs_;
   std::vector<KeptPair> new_details_;
-  std::vector<std::array<std::uint32_t, 2>> adopted_;  // an entry that had none, and its place in fresh_details_
+  std::vector<std::array<std::uint32_t, 2>> adopted_;  // an entry that had none, and its place in new_details_
   Sums batch_sums_;
 };
 

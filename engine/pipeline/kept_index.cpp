@@ -130,7 +130,7 @@ void KeptContacts::find_columns() {
   std::shift_right(columns_.begin(), columns_.end(), 1);
 }
 
-/// Adds the fresh pairs to the columns.
+/// Adds the new pairs to the columns.
 void KeptContacts::add_columns() {
   const auto by_second = [](const NewPair& x, const NewPair& y) { return std::rotl(x.key, 32) < std::rotl(y.key, 32); };
   std::sort(new_pairs_.begin(), new_pairs_.end(), by_second);
