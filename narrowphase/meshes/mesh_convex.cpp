@@ -17,6 +17,9 @@
 namespace tandem {
 namespace {
 
+/// Cosines within which a direction counts as one that was tried (0.8 degrees), and as near one (18 degrees).
+constexpr double tried_before = 0.9999, tried_nearly = 0.95;
+
 class MeshConvex {
  public:
   /// `margin`: of contacts; that of the pair's options is larger.
@@ -105,7 +108,6 @@ class MeshConvex {
     SeparationSearch search(overlapping, {.normal = near.normal});
     Separation& known = search.known;
     std::vector<Vec3> tried;
-    constexpr double tried_before = 0.9999, tried_nearly = 0.95;  // cosines: within 0.8 and 18 degrees
     const auto along = [&](const Vec3& d, double alike = tried_before) {
       if (search.is_shortest() || !(d.norm() > 0.5)) return;
       if (std::any_of(tried.begin(), tried.end(), [&](const Vec3& o) { return o.dot(d) > alike; })) return;
