@@ -58,10 +58,10 @@ FaceBits faces_along(const FaceTable& faces, const Vec3& d) {
 
 FaceBits faces_over(const Hull& hull, const Vec3& p) {
   FaceBits bits{};
-  const double unit = hull.support.unit();
-  const Vec3 q = (p - hull.inside) / unit;
+  const double per_unit = 1 / hull.support.unit();  // exact: a power of two
+  const Vec3 q = (p - hull.inside) * per_unit;
   constexpr double farthest_vertex = 0.5 * FaceTable::beyond;
-  const double in_doubles = tolerance::support_of_doubles * (p.lpNorm<1>() + hull.inside.lpNorm<1>()) / unit;
+  const double in_doubles = tolerance::support_of_doubles * (p.lpNorm<1>() + hull.inside.lpNorm<1>()) * per_unit;
   const double slack = 2 * (tolerance::support_of_floats * (q.lpNorm<1>() + farthest_vertex) + in_doubles);
   if (!(slack < 1)) {  // so far away that floats tell no faces apart, and may not hold q
     for (std::size_t i = 0; i < hull.faces.size(); ++i) bits[i / 64] |= std::uint64_t{1} << i % 64;
