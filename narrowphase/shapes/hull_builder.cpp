@@ -247,6 +247,10 @@ void orient(Loops& loops, const std::vector<double>& xyz) {
     for (auto& loop : loops) std::reverse(loop.begin(), loop.end());
 }
 
+// The height of an apex above its facet, relative to the radius of that. More: it is above neighbours of the facet that
+// are little inclined, too. Less: the triangles about it are coplanar to rounding.
+constexpr double apex_height = 1.0 / 64;
+
 // A point above a large facet, which splits it into triangles while Qhull builds, and the plane of that facet.
 struct Apex {
   std::array<double, 3> at;
@@ -267,8 +271,7 @@ bool find_apex(qhT* qh, const facetT* facet, const std::vector<double>& xyz, Ape
   const Vec3 middle = sum / qh_setsize(qh, facet->vertices);
   double radius = 0;
   FOREACHvertex_(facet->vertices) radius = std::max(radius, (at(vertex) - middle).norm());
-  // So low that it is below the planes of the faces around, unless these are inclined by less to the facet.
-  const Vec3 high = middle + 1.0 / 64 * radius * apex.normal;
+  const Vec3 high = middle + apex_height * radius * apex.normal;
   apex.at = {high.x(), high.y(), high.z()};
   return true;
 }
