@@ -3,13 +3,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csetjmp>
 #include <cstdio>
+#include <deque>
 #include <exception>
 #include <limits>
 #include <memory>
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "shapes/hull_rays.h"
 #include "shapes/metered_sort.h"
@@ -101,101 +104,6 @@ std::vector<std::uint32_t> flat_loop(std::span<const Vec3> p, const Frame& f) {
   return loop;
 }
 
-// Frees the memory of Qhull, without the struct itself.
-struct QhullFree {
-  void operator()(qhT* qh) const {
-    int current, total;
-    qh_freeqhull(qh, !qh_ALL);
-    qh_memfreeshort(qh, &current, &total);
-  }
-};
-
-// Facets that Qhull makes between two checks of a limit: some 50 us.
-constexpr int facets_a_check = 32;
-
-// The stream that Qhull requires for errors and reports; it prints nothing. With a limit, Qhull reports every few
-// facets (option TF), and its output is the occasion to check: past the limit option TA, which Qhull reads before each
-// point, is set to the number of points added.
-class Log {
- public:
-  Log(qhT* qh, const WorkLimit* limit) : qh_(qh), limit_(limit) {
-    if (!stream_) throw std::bad_alloc();
-    std::setvbuf(stream_, nullptr, _IONBF, 0);
-  }
-  Log(const Log&) = delete;
-  Log& operator=(const Log&) = delete;
-  ~Log() { std::fclose(stream_); }
-
-  std::FILE* stream() const { return stream_; }
-  /// After Qhull has returned: throws the exception that ended it.
-  void require_whole() const {
-    if (failure_) std::rethrow_exception(failure_);
-    if (stopped_) throw WorkStopped();
-  }
-
- private:
-  static ssize_t write(void* log, const char*, std::size_t size) {
-    static_cast<Log*>(log)->check_limit();
-    return static_cast<ssize_t>(size);
-  }
-  // No exception may pass through Qhull.
-  void check_limit() noexcept {
-    if (limit_ == nullptr || stopped_ || failure_) return;
-    try {
-      stopped_ = limit_->reached();
-    } catch (...) {
-      failure_ = std::current_exception();
-    }
-    if (stopped_ || failure_) qh_->STOPadd = 1;
-  }
-
-  qhT* const qh_;
-  const WorkLimit* const limit_;
-  bool stopped_ = false;
-  std::exception_ptr failure_;
-  std::FILE* const stream_ =
-      fopencookie(this, "w", {.read = nullptr, .write = write, .seek = nullptr, .close = nullptr});
-};
-
-// The facets by Qhull, counterclockwise from outside. Empty if Qhull refuses the points.
-Loops qhull_loops(std::vector<double>& xyz, const char* options, const WorkLimit* limit) {
-  WorkMeter meter(limit);
-  const auto memory = std::make_unique<qhT>();
-  Log log(memory.get(), limit);  // outlives Qhull's memory, which refers to the stream
-  const std::unique_ptr<qhT, QhullFree> owner(memory.get());
-  qhT* const qh = owner.get();
-  qh_zero(qh, log.stream());
-  std::string command = options;
-  if (limit != nullptr) command += " TF" + std::to_string(facets_a_check);
-  const int points = static_cast<int>(xyz.size() / 3);
-  const int error = qh_new_qhull(qh, 3, points, xyz.data(), False, command.data(), nullptr, log.stream());
-  log.require_whole();
-  if (error != 0) return {};
-  Loops loops;
-  facetT* facet;
-  FORALLfacets {
-    meter.spend(4);
-    setT* around = qh_facet3vertex(qh, facet);
-    vertexT *vertex, **vertexp;
-    std::vector<std::uint32_t> loop;
-    FOREACHvertex_(around) loop.push_back(static_cast<std::uint32_t>(qh_pointid(qh, vertex->point)));
-    qh_settempfree(qh, &around);
-    loops.push_back(std::move(loop));
-  }
-  // Qhull gives all loops the same orientation, but not a known one.
-  Vec3 sum = Vec3::Zero();
-  const auto at = [&](std::uint32_t i) { return Vec3(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]); };
-  for (const auto& loop : loops) sum += at(loop[0]);
-  const Vec3 inside = sum / static_cast<double>(loops.size());
-  double volume = 0;
-  for (const auto& loop : loops)
-    for (std::size_t k = 2; k < loop.size(); ++k)
-      volume += (at(loop[0]) - inside).dot((at(loop[k - 1]) - inside).cross(at(loop[k]) - inside));
-  if (volume < 0)
-    for (auto& loop : loops) std::reverse(loop.begin(), loop.end());
-  return loops;
-}
-
 // The directed edges of loops, sorted, with the face to the left of each.
 class EdgeFaces {
  public:
@@ -232,6 +140,292 @@ bool closed(const Loops& loops, WorkMeter& meter) {
   });
 }
 
+// Frees the memory of Qhull, without the struct itself.
+struct QhullFree {
+  void operator()(qhT* qh) const {
+    int current, total;
+    qh_freeqhull(qh, !qh_ALL);
+    qh_memfreeshort(qh, &current, &total);
+  }
+};
+
+// Facets that Qhull makes between two checks of a limit: some 50 us.
+constexpr int facets_a_check = 32;
+
+// The corners of a large facet. Qhull reads them all for each point that it merges into the facet, and takes such a
+// facet up last, even if points lie above it.
+constexpr int many_corners = 256;
+
+bool has_large_facet(qhT* qh) {
+  const facetT* facet;
+  FORALLfacets if (qh_setsize(qh, facet->vertices) >= many_corners) return true;
+  return false;
+}
+
+// The stream that Qhull requires for errors and reports; it prints nothing. Qhull reports every few facets (option TF),
+// and its output is the occasion to check the limit and, whenever the vertices have doubled, for large facets: option
+// TA, which Qhull reads before each point, is then set to the number of points added.
+class Log {
+ public:
+  Log(qhT* qh, const WorkLimit* limit, bool ends_at_large) : qh_(qh), limit_(limit), ends_at_large_(ends_at_large) {
+    if (!stream_) throw std::bad_alloc();
+    std::setvbuf(stream_, nullptr, _IONBF, 0);
+  }
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+  ~Log() { std::fclose(stream_); }
+
+  std::FILE* stream() const { return stream_; }
+  /// After Qhull has returned: throws the exception that ended it.
+  void require_whole() const {
+    if (failure_) std::rethrow_exception(failure_);
+    if (stopped_) throw WorkStopped();
+  }
+  /// True if a large facet has ended Qhull.
+  bool large_facet() const { return large_facet_; }
+
+ private:
+  static ssize_t write(void* log, const char*, std::size_t size) {
+    static_cast<Log*>(log)->check_limit();
+    static_cast<Log*>(log)->check_facets();
+    return static_cast<ssize_t>(size);
+  }
+  // No exception may pass through Qhull.
+  void check_limit() noexcept {
+    if (limit_ == nullptr || stopped_ || failure_) return;
+    try {
+      stopped_ = limit_->reached();
+    } catch (...) {
+      failure_ = std::current_exception();
+    }
+    if (stopped_ || failure_) qh_->STOPadd = 1;
+  }
+  void check_facets() {
+    if (!ends_at_large_ || qh_->num_vertices < next_) return;
+    next_ = 2 * qh_->num_vertices;
+    large_facet_ = has_large_facet(qh_);
+    if (large_facet_) qh_->STOPadd = 1;
+  }
+
+  qhT* const qh_;
+  const WorkLimit* const limit_;
+  const bool ends_at_large_;
+  int next_ = many_corners;  // vertices at the next check for large facets
+  bool large_facet_ = false, stopped_ = false;
+  std::exception_ptr failure_;
+  std::FILE* const stream_ =
+      fopencookie(this, "w", {.read = nullptr, .write = write, .seek = nullptr, .close = nullptr});
+};
+
+// Qhull's facets, counterclockwise from outside.
+Loops read_loops(qhT* qh, WorkMeter& meter) {
+  Loops loops;
+  facetT* facet;
+  FORALLfacets {
+    meter.spend(4);
+    setT* around = qh_facet3vertex(qh, facet);
+    vertexT *vertex, **vertexp;
+    std::vector<std::uint32_t> loop;
+    FOREACHvertex_(around) loop.push_back(static_cast<std::uint32_t>(qh_pointid(qh, vertex->point)));
+    qh_settempfree(qh, &around);
+    loops.push_back(std::move(loop));
+  }
+  return loops;
+}
+
+// Qhull gives all loops the same orientation, but not a known one: turns them counterclockwise from outside.
+void orient(Loops& loops, const std::vector<double>& xyz) {
+  Vec3 sum = Vec3::Zero();
+  const auto at = [&](std::uint32_t i) { return Vec3(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]); };
+  for (const auto& loop : loops) sum += at(loop[0]);
+  const Vec3 inside = sum / static_cast<double>(loops.size());
+  double volume = 0;
+  for (const auto& loop : loops)
+    for (std::size_t k = 2; k < loop.size(); ++k)
+      volume += (at(loop[0]) - inside).dot((at(loop[k - 1]) - inside).cross(at(loop[k]) - inside));
+  if (volume < 0)
+    for (auto& loop : loops) std::reverse(loop.begin(), loop.end());
+}
+
+// The height of an apex above its facet, relative to the radius of that. More: it is above neighbours of the facet that
+// are little inclined, too. Less: the triangles about it are coplanar to rounding.
+constexpr double apex_height = 1.0 / 64;
+
+// A point above a large facet, which splits it into triangles while Qhull builds, and the plane of that facet.
+struct Apex {
+  std::array<double, 3> at;
+  Vec3 normal;
+  double offset;
+};
+
+// Finds the apex of a facet; false if a point lies outside of its plane.
+bool find_apex(qhT* qh, const facetT* facet, const std::vector<double>& xyz, Apex& apex) {
+  apex.normal = Vec3(facet->normal[0], facet->normal[1], facet->normal[2]);
+  apex.offset = -facet->offset;
+  for (std::size_t i = 0; i < xyz.size(); i += 3)
+    if (apex.normal.dot(Vec3(xyz[i], xyz[i + 1], xyz[i + 2])) > apex.offset + tolerance::flat_hull) return false;
+  Vec3 sum = Vec3::Zero();
+  vertexT *vertex, **vertexp;
+  const auto at = [](const vertexT* v) { return Vec3(v->point[0], v->point[1], v->point[2]); };
+  FOREACHvertex_(facet->vertices) sum += at(vertex);
+  const Vec3 middle = sum / qh_setsize(qh, facet->vertices);
+  double radius = 0;
+  FOREACHvertex_(facet->vertices) radius = std::max(radius, (at(vertex) - middle).norm());
+  const Vec3 high = middle + apex_height * radius * apex.normal;
+  apex.at = {high.x(), high.y(), high.z()};
+  return true;
+}
+
+// Large facets that have points above come first, others get an apex.
+void split_large_facets(qhT* qh, const std::vector<double>& xyz, std::deque<Apex>& apexes, WorkMeter& meter) {
+  std::vector<facetT*> large;
+  facetT* facet;
+  FORALLfacets if (qh_setsize(qh, facet->vertices) >= many_corners) large.push_back(facet);
+  for (facetT* const each : large) {
+    meter.spend(pass_over(xyz.size() / 3));
+    Apex apex;
+    if (qh_setsize(qh, each->outsideset) > 0) {
+      qh_removefacet(qh, each);
+      qh_prependfacet(qh, each, &qh->facet_list);
+    } else if (find_apex(qh, each, xyz, apex)) {
+      apexes.push_back(apex);
+    }
+  }
+}
+
+enum class Built { in_part, whole, refused };
+
+// Adds the apexes from `first` on, and then points as qh_buildhull does until the vertices have doubled. Qhull jumps
+// out of it for errors: it has no destructors.
+Built build_on(qhT* qh, std::deque<Apex>& apexes, std::size_t first) {
+  if (setjmp(qh->errexit) != 0) {
+    qh->NOerrexit = True;
+    return Built::refused;
+  }
+  qh->NOerrexit = False;
+  for (std::size_t i = first; i < apexes.size(); ++i) {
+    double distance;
+    boolT outside;
+    facetT* const facet = qh_findbestfacet(qh, apexes[i].at.data(), !qh_ALL, &distance, &outside);
+    qh_addpoint(qh, apexes[i].at.data(), facet, True);  // numbers it even if it is not outside
+  }
+  Built built = Built::in_part;
+  qh->facet_next = qh->facet_list;
+  for (const int end = 2 * qh->num_vertices; qh->num_vertices < end && qh->STOPadd == 0;) {
+    facetT* facet;
+    pointT* const furthest = qh_nextfurthest(qh, &facet);
+    if (furthest == nullptr) {
+      built = Built::whole;
+      break;
+    }
+    --qh->num_outside;
+    qh_addpoint(qh, furthest, facet, qh->ONLYmax);
+  }
+  qh->NOerrexit = True;
+  return built;
+}
+
+// Makes the first simplex. False if Qhull refuses the points.
+bool start(qhT* qh, std::vector<double>& xyz, std::string& command, Log& log) {
+  char* no_arguments[] = {command.data(), nullptr};
+  qh_init_A(qh, nullptr, log.stream(), log.stream(), 1, no_arguments);
+  if (setjmp(qh->errexit) != 0) {
+    qh->NOerrexit = True;
+    return false;
+  }
+  qh->NOerrexit = False;
+  qh_initflags(qh, command.data());
+  qh_init_B(qh, xyz.data(), static_cast<int>(xyz.size() / 3), 3, False);
+  qh_initbuild(qh);
+  qh->NOerrexit = True;
+  return true;
+}
+
+// Joins the loops about an apex into the facet below it. False if corners around the apex do not lie on that facet: it
+// is then above others, too.
+bool join_about(Loops& loops, std::uint32_t number, const Apex& apex, const std::vector<double>& xyz) {
+  constexpr std::uint32_t none = 0xffffffff;
+  std::vector<std::uint32_t> next(xyz.size() / 3, none);
+  std::uint32_t begin = none, arcs = 0;
+  for (auto& loop : loops) {
+    const auto at = std::find(loop.begin(), loop.end(), number);
+    if (at == loop.end()) continue;
+    std::rotate(loop.begin(), at, loop.end());
+    for (std::size_t k = 1; k < loop.size(); ++k) {
+      const std::uint32_t i = loop[k];
+      if (i >= next.size()) return false;  // another apex
+      const Vec3 p(xyz[3 * i], xyz[3 * i + 1], xyz[3 * i + 2]);
+      if (std::abs(apex.normal.dot(p) - apex.offset) > tolerance::flat_hull) return false;
+      if (k + 1 == loop.size()) continue;
+      next[i] = loop[k + 1];
+      begin = i, ++arcs;
+    }
+    loop.clear();
+  }
+  if (begin == none) return true;
+  std::vector<std::uint32_t> joined;
+  for (std::uint32_t i = begin; i != none; i = std::exchange(next[i], none)) joined.push_back(i);
+  if (joined.size() != arcs + 1 || joined.back() != begin) return false;
+  joined.pop_back();
+  std::erase_if(loops, [](const auto& loop) { return loop.empty(); });
+  loops.push_back(std::move(joined));
+  return true;
+}
+
+// The facets where some have many corners: these are split by points above them while Qhull builds, and joined
+// afterwards. Empty if Qhull refuses the points, or if a point above a facet is above its neighbours, too.
+Loops split_loops(std::vector<double>& xyz, std::string command, const WorkLimit* limit) {
+  WorkMeter meter(limit);
+  std::deque<Apex> apexes;  // Qhull refers to them
+  const auto memory = std::make_unique<qhT>();
+  Log log(memory.get(), limit, false);
+  const std::unique_ptr<qhT, QhullFree> owner(memory.get());
+  qhT* const qh = owner.get();
+  qh_zero(qh, log.stream());
+  if (!start(qh, xyz, command, log)) return {};
+  for (std::size_t added = 0;;) {
+    const Built built = build_on(qh, apexes, added);
+    log.require_whole();
+    if (built == Built::refused) return {};
+    if (built == Built::whole) break;
+    added = apexes.size();
+    split_large_facets(qh, xyz, apexes, meter);
+  }
+  Loops loops = read_loops(qh, meter);
+  std::vector<double> all = xyz;
+  for (const Apex& apex : apexes) all.insert(all.end(), apex.at.begin(), apex.at.end());
+  orient(loops, all);
+  for (std::uint32_t i = 0; i < apexes.size(); ++i)
+    if (!join_about(loops, static_cast<std::uint32_t>(xyz.size() / 3) + i, apexes[i], xyz)) return {};
+  return loops;
+}
+
+// The facets by Qhull, counterclockwise from outside. Empty if Qhull refuses the points. `split_large`: false if facets
+// with many corners may take quadratic time.
+Loops qhull_loops(std::vector<double>& xyz, const char* options, bool split_large, const WorkLimit* limit) {
+  WorkMeter meter(limit);
+  std::string command = options;
+  if (limit != nullptr || split_large) command += " TF" + std::to_string(facets_a_check);
+  {
+    const auto memory = std::make_unique<qhT>();
+    Log log(memory.get(), limit, split_large);  // outlives Qhull's memory, which refers to the stream
+    const std::unique_ptr<qhT, QhullFree> owner(memory.get());
+    qhT* const qh = owner.get();
+    qh_zero(qh, log.stream());
+    const int points = static_cast<int>(xyz.size() / 3);
+    const int error = qh_new_qhull(qh, 3, points, xyz.data(), False, command.data(), nullptr, log.stream());
+    log.require_whole();
+    if (!log.large_facet()) {
+      if (error != 0) return {};
+      Loops loops = read_loops(qh, meter);
+      orient(loops, xyz);
+      return loops;
+    }
+  }
+  if (Loops loops = split_loops(xyz, command, limit); closed(loops, meter)) return loops;
+  return qhull_loops(xyz, options, false, limit);
+}
+
 Loops polytope_loops(std::span<const Vec3> p, const Frame& f, const WorkLimit* limit) {
   WorkMeter meter(limit);
   // An affine map does not change which points are extreme, so the points are scaled to a cube: a plate is then as good
@@ -244,9 +438,10 @@ Loops polytope_loops(std::span<const Vec3> p, const Frame& f, const WorkLimit* l
   }
   meter.spend(pass_over(p.size()));
   // Merged facets first; if merging fails, triangles of the joggled points, whose vertices are still input points.
-  for (const char* options : {"qhull Qs Pp", "qhull Qs Qt Pp", "qhull QJ Pp"}) {
+  const char* const merged = "qhull Qs Pp";
+  for (const char* options : {merged, "qhull Qs Qt Pp", "qhull QJ Pp"}) {
     std::vector<double> copy = xyz;
-    if (Loops loops = qhull_loops(copy, options, limit); closed(loops, meter)) return loops;
+    if (Loops loops = qhull_loops(copy, options, options == merged, limit); closed(loops, meter)) return loops;
     meter.spend(pass_over(p.size()));
   }
   return {};

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <iostream>
+#include <numbers>
 #include <set>
 #include <thread>
 
@@ -146,6 +147,40 @@ TEST_CASE("every point of a sphere is a vertex, and hulls built on threads at on
     for (Hull& other : others) threads.emplace_back([&] { other = build_hull(points); });
   }
   for (const Hull& other : others) CHECK(other.loop == hull.loop);
+}
+
+TEST_CASE("faces with hundreds of corners, which are built as triangles, stay whole") {
+  const auto ring = [](int corners, double z, double radius) {
+    std::vector<Vec3> points;
+    for (int i = 0; i < corners; ++i) {
+      const double angle = 2 * std::numbers::pi * i / corners;
+      points.push_back({radius * std::cos(angle), radius * std::sin(angle), z});
+    }
+    return points;
+  };
+  const auto joined = [](std::vector<Vec3> some, const std::vector<Vec3>& others) {
+    some.insert(some.end(), others.begin(), others.end());
+    return some;
+  };
+  // Builds and checks the hull; returns its faces of so many corners.
+  const auto wide = [](const std::vector<Vec3>& points, std::uint32_t corners) {
+    const Hull hull = build_hull(points);
+    check(hull, points);
+    CHECK(hull.vertices == points);
+    CHECK(hull.neighbour_face.size() == 2 * hull.edges.size());
+    return std::count_if(hull.faces.begin(), hull.faces.end(), [&](const auto& face) { return face.count == corners; });
+  };
+  const auto cylinder = joined(ring(800, -1, 1), ring(800, 1, 1));
+  CHECK(wide(cylinder, 800) == 2);
+  CHECK(wide(joined(ring(1500, 0, 1), {{0, 0, 2}}), 1500) == 1);
+  CHECK(wide(joined(ring(1500, 0, 1), {{0, 0, 2}, {0, 0, -2}}), 3) == 3000);
+  // Sides inclined less than the triangles that the upper face is built of.
+  CHECK(wide(joined(joined(ring(600, 0, 1), ring(600, 1e-3, 0.5)), {{0, 0, -1}}), 600) == 1);
+  // Rounding of the corners: a facet that Qhull merges point by point breaks up.
+  std::mt19937_64 random(11);
+  auto rough = cylinder;
+  for (Vec3& p : rough) p += random_point(random, 1e-14);
+  CHECK(wide(rough, 800) == 2);
 }
 
 TEST_CASE("6,755 clouds that were hard for a hull builder") {
