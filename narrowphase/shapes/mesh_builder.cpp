@@ -100,20 +100,24 @@ bool has_convex_edges(const MeshModel& mesh, const WorkLimit* limit) {
   return true;
 }
 
-// True if a closed surface without concave edges is that of its hull: all vertices then lie on the hull, and the area
-// says that the hull is covered once.
+// True if a closed surface without concave edges is that of its hull: all vertices then lie on the hull, the area says
+// that the hull is covered once, and the volume that it is filled. (Cubes that touch along edges, as the dark squares
+// of a board of 3 x 3, have the area of their hull.)
 bool covers_hull(const MeshModel& mesh, const WorkLimit* limit) {
   WorkMeter meter(limit);
   const Hull& hull = mesh.hull(limit);
   if (hull.dimension < 3) return false;
   const double flat = tolerance::flat_hull * 2 * mesh.half.norm();
-  double of_hull = 0, of_mesh = 0;
+  double of_hull = 0, of_mesh = 0, volume = six_volumes(mesh, mesh.vertices, {});
   for (const Hull::Face& f : hull.faces) {
     meter.spend();
-    for (std::uint32_t k = 2; k < f.count; ++k)
-      of_hull += (hull.vertices[hull.loop[f.first + k - 1]] - hull.vertices[hull.loop[f.first]])
-                     .cross(hull.vertices[hull.loop[f.first + k]] - hull.vertices[hull.loop[f.first]])
-                     .norm();
+    const Vec3& corner = hull.vertices[hull.loop[f.first]];
+    for (std::uint32_t k = 2; k < f.count; ++k) {
+      const Vec3 area = (hull.vertices[hull.loop[f.first + k - 1]] - corner)
+                            .cross(hull.vertices[hull.loop[f.first + k]] - corner);
+      of_hull += area.norm();
+      volume -= area.dot(corner - mesh.centre);
+    }
   }
   for (std::uint32_t i = 0; i < mesh.triangles.size(); ++i) {
     meter.spend();
@@ -121,6 +125,7 @@ bool covers_hull(const MeshModel& mesh, const WorkLimit* limit) {
     of_mesh += (q - p).cross(r - p).norm();
   }
   if (!(std::abs(of_mesh - of_hull) <= tolerance::same_area * of_hull)) return false;
+  if (!(std::abs(volume) <= tolerance::same_area * of_hull * mesh.half.norm())) return false;
   std::vector<std::uint8_t> known(mesh.vertices.size(), 0);
   for (const std::uint32_t v : mesh.extreme(limit)) known[v] = 1;
   for (const auto& t : mesh.triangles)

@@ -11,6 +11,7 @@
 #include "shapes/mesh_builder.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
+#include "tandem/narrowphase/shape_makers.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -143,6 +144,15 @@ Mesh open_shell(Random& r) {
 }
 
 }  // namespace
+
+TEST_CASE("cubes that touch along edges are not their hull, though it has their area") {
+  const std::vector<std::array<std::int32_t, 3>> dark{{0, 0, 0}, {2, 0, 0}, {1, 1, 0}, {0, 2, 0}, {2, 2, 0}};
+  const Shape board = voxel_mesh(dark, 1);
+  REQUIRE(!mesh_of(board).convex());
+  const Sphere ball{0.25};
+  CHECK(answer(board, {}, ball, Pose::at(1.5, 0.5, 0.5)).signed_distance == Approx(0.25));  // on a light one
+  CHECK(answer(board, {}, ball, Pose::at(1.5, -1, 0.5)).signed_distance == Approx(std::hypot(0.5, 1) - 0.25));
+}
 
 TEST_CASE("the distance of a convex shape and a large mesh looks at few of its triangles") {
   const Shape ground(level_ground(60, 300));
