@@ -9,6 +9,7 @@
 #include "manifold/patch_collector.h"
 #include "meshes/contacts/mesh_contacts.h"
 #include "meshes/contacts/posed_meshes.h"
+#include "meshes/traversal/box_descent.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "pairs/convex_pair.h"
 #include "shapes/lent_memory.h"
@@ -181,9 +182,10 @@ class Touching {
     bool of_a;
   };
 
-  // Of one inside the other: the middle where it lies in both; else of the components inside the extreme vertex nearest
-  // to it, or the middle of the line along the normal from there inside both: a surface, or a solid about a hole, need
-  // not be near the middle of its box, and components may lie far apart.
+  // The contact's place where one mesh lies inside the other: the middle of the boxes if it lies in both, else the
+  // middle of the line along the normal inside both that begins at the nearest extreme vertex of a component inside,
+  // else that vertex. A surface, or a solid about a hole, need not be near the middle of its box, and components may
+  // lie apart.
   Vec3 place_in_both() {
     const Vec3 p = middle();
     if (holds(true, p) && holds(false, p)) return p;
@@ -256,26 +258,17 @@ class Touching {
     const Vec3 at = (start - mesh.centre) / mesh.unit;
     const double pad = slack_ / mesh.unit + tolerance::no_extent;
     double least = std::numeric_limits<double>::infinity();
-    std::array<std::uint32_t, most_mesh_levels * mesh_lanes> stack;
-    std::size_t top = 0;
-    stack[top++] = 0;
-    while (top > 0) {
-      const MeshNode& n = mesh.nodes[stack[--top]];
-      meter_.spend();
-      LaneBoxes room;
-      const LaneBoxes& boxes = mesh.lane_boxes(n, room);
-      for (std::uint32_t k = 0; k < n.lanes(); ++k) {
-        const auto vector_of = [k](const auto& of) -> Vec3 {
-          return Eigen::Vector3f(of[0][k], of[1][k], of[2][k]).cast<double>();
-        };
-        const Vec3 to = vector_of(boxes.mid) - at;
-        if ((to - line.dot(to) * line).norm() > vector_of(boxes.half).norm() + pad) continue;
-        if (n.bottom())
-          least = std::min(least, length_to(mesh.corners(mesh.triangle_of(n, k)), start, line));
-        else
-          stack[top++] = mesh.boxes_of(n).child[k];
-      }
-    }
+    const auto reaches = [&](const LaneBoxes& boxes, std::uint32_t k) {
+      const auto vector_of = [k](const auto& of) -> Vec3 {
+        return Eigen::Vector3f(of[0][k], of[1][k], of[2][k]).cast<double>();
+      };
+      const Vec3 to = vector_of(boxes.mid) - at;
+      return (to - line.dot(to) * line).norm() <= vector_of(boxes.half).norm() + pad;
+    };
+    visit_triangles(mesh, meter_, reaches, [&](std::uint32_t triangle) {
+      least = std::min(least, length_to(mesh.corners(triangle), start, line));
+      return false;
+    });
     return least;
   }
 

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "meshes/traversal/box_descent.h"
 #include "shapes/work_meter.h"
 #include "tolerances.h"
 
@@ -41,30 +42,19 @@ class Ray {
     const Vec3 at = (from_ - mesh_.centre) / mesh_.unit;
     const double pad = slack / mesh_.unit + tolerance::no_extent;
     int sum = 0;
-    std::array<std::uint32_t, most_mesh_levels * mesh_lanes> stack;
-    std::size_t top = 0;
-    stack[top++] = 0;
-    while (top > 0) {
-      const MeshNode& n = mesh_.nodes[stack[--top]];
-      meter_.spend();
-      LaneBoxes room;
-      const LaneBoxes& boxes = mesh_.lane_boxes(n, room);
-      for (std::uint32_t k = 0; k < n.lanes(); ++k) {
-        const auto gap = [&](int axis) {
-          return std::abs(static_cast<double>(boxes.mid[axis][k]) - at[axis]) -
-                 static_cast<double>(boxes.half[axis][k]);
-        };
-        const bool behind = at.z() > static_cast<double>(boxes.mid[2][k]) + static_cast<double>(boxes.half[2][k]) + pad;
-        if (behind || gap(0) > pad || gap(1) > pad) continue;
-        if (!n.bottom()) {
-          stack[top++] = mesh_.boxes_of(n).child[k];
-          continue;
-        }
-        const Crossing c = cross(mesh_.corners(mesh_.triangle_of(n, k)));
-        if (c.on_surface) return true;
-        sum += c.count;
-      }
-    }
+    const auto reaches = [&](const LaneBoxes& boxes, std::uint32_t k) {
+      const auto gap = [&](int axis) {
+        return std::abs(static_cast<double>(boxes.mid[axis][k]) - at[axis]) - static_cast<double>(boxes.half[axis][k]);
+      };
+      const bool behind = at.z() > static_cast<double>(boxes.mid[2][k]) + static_cast<double>(boxes.half[2][k]) + pad;
+      return !(behind || gap(0) > pad || gap(1) > pad);
+    };
+    const auto is_on_it = [&](std::uint32_t triangle) {
+      const Crossing c = cross(mesh_.corners(triangle));
+      sum += c.count;
+      return c.on_surface;
+    };
+    if (visit_triangles(mesh_, meter_, reaches, is_on_it)) return true;
     return sum != 0;
   }
 
