@@ -11,17 +11,15 @@
 
 namespace tandem {
 
-namespace {}  // namespace
-
 bool is_valid(const Pose& pose) {
   const Mat3& r = pose.rotation;
   const auto dot = [&](int i, int j) { return r(0, i) * r(0, j) + r(1, i) * r(1, j) + r(2, i) * r(2, j); };
-  const auto near = [](double x, double to) { return std::abs(x - to) <= tolerance::skew_allowed; };
+  const auto near = [](double x, double to) -> int { return std::abs(x - to) <= tolerance::skew_allowed; };
   const Vec3& t = pose.translation;
   const double mixed = r(0, 2) * (r(1, 0) * r(2, 1) - r(2, 0) * r(1, 1)) +
                        r(1, 2) * (r(2, 0) * r(0, 1) - r(0, 0) * r(2, 1)) +
                        r(2, 2) * (r(0, 0) * r(1, 1) - r(1, 0) * r(0, 1));
-  // In this form NaN fails; `&` because branches would cost more.
+  // In this form NaN fails; `&` of integers because branches would cost more.
   return (near(dot(0, 0), 1) & near(dot(1, 1), 1) & near(dot(2, 2), 1) & near(dot(0, 1), 0) & near(dot(0, 2), 0) &
           near(dot(1, 2), 0) & (mixed > 0) & (std::abs(t[0]) <= tolerance::longest_length) &
           (std::abs(t[1]) <= tolerance::longest_length) & (std::abs(t[2]) <= tolerance::longest_length)) != 0;
