@@ -34,9 +34,10 @@ bool has(const Simplex& s, const MinkowskiPoint& p, bool polytopes) {
   });
 }
 
-/// Repeats GJK's last steps where rounding may have determined the fast result (for polytopes also
-/// where the bounds disagree). The upper bound is the length of a point of the simplex; the lower bound is a separation
-/// along it, or, for polytopes, along a direction perpendicular to the simplex's edges. Sets the weights.
+/// Repeats GJK's last steps where rounding may have determined the fast result (for polytopes also where the bounds
+/// disagree, and where the lower one is not that along the point found: with as good a length, its direction is another
+/// one). The upper bound is the length of a point of the simplex; the lower bound is a separation along it, or, for
+/// polytopes, along a direction perpendicular to the simplex's edges. Sets the weights.
 void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult& r) {
   constexpr int most_steps = 16;
   const auto close = [&limits](double upper) { return 2 * limits.rounding + limits.tolerance * upper; };
@@ -45,13 +46,14 @@ void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult
   // An effect of rounding: simplices that contain the origin do not get here.
   if (n.inside) n = nearest_on_sides(r.simplex);
   if ((n.v - r.v).squaredNorm() <= 16 * limits.rounding * limits.rounding &&
-      (!polytopes || r.upper - r.lower <= close(r.upper)))
+      (!polytopes || r.upper - std::min(r.lower, r.along) <= close(r.upper)))
     return keep_nearest(r.simplex, n);
   Simplex s = r.simplex;
+  const double longest = r.upper + limits.rounding;
   for (int step = 0; step < most_steps && !n.inside; ++step, n = nearest_to_origin(s)) {
     const double upper = std::sqrt(n.squared);
     // At a large distance a sideways step changes the direction, but no digit of the length.
-    if (step > 0 && !(upper <= r.upper)) return;
+    if (step > 0 && !(upper <= longest)) return;
     keep_nearest(s, n);
     r.simplex = s;
     r.upper = upper;

@@ -111,11 +111,6 @@ std::optional<LocalAnswer> distance_by(Method method, const MinkowskiDifference&
   return gjk_signed_distance(d, tolerance, start, beyond);
 }
 
-/// True for a capsule so short relative to a pair's extent (metres) that its axis is lost to rounding.
-bool axis_is_lost(const ConvexView& view, double reach) {
-  return view.kind == ShapeKind::capsule && view.param[1] <= tolerance::lost * reach;
-}
-
 /// True for an ellipsoid whose radii are equal to rounding. As an ellipsoid its least depth in a concentric shape would
 /// be the same in all directions, or all around an axis, and no few points bound that from below.
 bool is_round(const ConvexView& view) {
@@ -129,12 +124,6 @@ bool is_triangle(const ConvexView& view) { return view.kind == ShapeKind::convex
 
 ConvexView triangle_of(ConvexView body) {
   body.kind = ShapeKind::triangle;
-  return body;
-}
-
-/// The ball with the first parameter: a capsule's or an ellipsoid's radius.
-ConvexView ball_of(ConvexView body) {
-  body.kind = ShapeKind::sphere;
   return body;
 }
 

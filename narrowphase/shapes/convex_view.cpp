@@ -24,6 +24,15 @@ ConvexView view_box(const std::array<double, 4>& half) {
   return {.kind = ShapeKind::box, .param = half, .vertices = {}, .hull = nullptr, .size = size};
 }
 
+bool axis_is_lost(const ConvexView& view, double reach) {
+  return view.kind == ShapeKind::capsule && view.param[1] <= tolerance::lost * reach;
+}
+
+ConvexView ball_of(ConvexView body) {
+  body.kind = ShapeKind::sphere;
+  return body;
+}
+
 namespace {
 
 double box_diagonal(const std::array<Vec3, 3>& corners) {

@@ -23,6 +23,11 @@ struct ConvexView {
 ConvexView view(const Shape& shape);  ///< shape.is_convex()
 ConvexView view_box(const std::array<double, 4>& half);
 
+/// True for a capsule so short relative to a pair's extent (metres) that its axis is lost to rounding.
+bool axis_is_lost(const ConvexView& view, double reach);
+/// The ball with the first parameter: a capsule's or an ellipsoid's radius.
+ConvexView ball_of(ConvexView body);
+
 /// The view of a mesh's triangle. A triangle without area becomes the segment or the point that it is, as does its
 /// hull: solvers require vertices that are extreme.
 class TriangleView {

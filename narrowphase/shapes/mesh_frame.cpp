@@ -15,7 +15,12 @@ constexpr double seam_ulps = 16;
 
 MeshFrame::MeshFrame(const Extent& box) : centre(box.lo + (box.hi - box.lo) / 2) {
   half = (box.hi - centre).cwiseMax(centre - box.lo);
-  if (const double most = half.maxCoeff(); most > 0) unit = std::exp2(std::ceil(std::log2(most)) + 1);
+  if (const double most = half.maxCoeff(); most > 0) {
+    // Exactly, not by a rounded logarithm: a scaled mesh has a scaled unit.
+    int exponent = 0;
+    const bool is_power = std::frexp(most, &exponent) == 0.5;
+    unit = std::ldexp(1.0, is_power ? exponent : exponent + 1);
+  }
 }
 
 double seam_tolerance(const MeshFrame& frame) {

@@ -4,6 +4,7 @@
 
 #include <hwy/targets.h>
 #include <bit>
+#include <cmath>
 #include <limits>
 #include <string>
 
@@ -19,12 +20,18 @@ using namespace tandem::test;
 
 namespace {
 
-std::vector<Shape> large_shapes() {
+// `unit`: all lengths are times that.
+std::vector<Shape> large_shapes(double unit = 1) {
   Random random(4);
   Convex hull;
-  for (int i = 0; i < 24; ++i) hull.vertices.push_back(0.6 * random.direction());
-  return {Sphere{0.6},    Box{Vec3(0.7, 0.4, 0.5)},   Capsule{0.4, 0.6}, Cylinder{0.5, 0.9},
-          Cone{0.6, 1.1}, Ellipsoid{{0.7, 0.5, 0.4}}, Shape(hull)};
+  for (int i = 0; i < 24; ++i) hull.vertices.push_back(unit * 0.6 * random.direction());
+  return {Sphere{unit * 0.6},
+          Box{unit * Vec3(0.7, 0.4, 0.5)},
+          Capsule{unit * 0.4, unit * 0.6},
+          Cylinder{unit * 0.5, unit * 0.9},
+          Cone{unit * 0.6, unit * 1.1},
+          Ellipsoid{unit * Vec3(0.7, 0.5, 0.4)},
+          Shape(hull)};
 }
 
 }  // namespace
@@ -92,8 +99,8 @@ Mesh displaced(Mesh mesh) {
   return mesh;
 }
 
-// The results of the screening of all bottom nodes.
-std::vector<std::uint64_t> told(const MeshConvexPair& pair) {
+// The results of the screening of all bottom nodes, lengths in the given unit.
+std::vector<std::uint64_t> told(const MeshConvexPair& pair, double unit = 1) {
   const TriangleScreen screen = pair.screen();
   std::vector<std::uint64_t> out;
   ScreenedTriangles screened;
@@ -102,8 +109,8 @@ std::vector<std::uint64_t> told(const MeshConvexPair& pair) {
     out.push_back(screened.deep & within), out.push_back(screened.beside & screened.deep & within);
     for (std::uint32_t lane = 0; lane < mesh_lanes; ++lane)
       if ((screened.deep & within) >> lane & 1)
-        for (const double* x : {screened.depth, screened.chord, screened.cosine_off})
-          out.push_back(std::bit_cast<std::uint64_t>(x[lane]));
+        for (const double x : {screened.depth[lane] / unit, screened.chord[lane] / unit, screened.cosine_off[lane]})
+          out.push_back(std::bit_cast<std::uint64_t>(x));
     return false;
   });
   return out;
@@ -133,6 +140,30 @@ TEST_CASE("triangles screened at once: the same bits on each instruction set") {
     CAPTURE(std::string(hwy::TargetName(target)));
     const OneInstructionSet only(target);
     CHECK((all() == usual));
+  }
+}
+
+TEST_CASE("triangles screened at once: the same bits in any unit of length") {
+  const auto all = [](double unit) {
+    Random random(12);
+    std::vector<std::uint64_t> out;
+    for (Mesh mesh : {displaced(torus(0.5, 0.25, 24, 16)), box_mesh({0.8, 0.0002, 0.7}, 6)}) {
+      for (Vec3& v : mesh.vertices) v *= unit;
+      const Shape shape(mesh);
+      for (const Shape& convex : large_shapes(unit)) {
+        const Pose at{random.rotation(), unit * random.vec(-0.4, 0.4) + mesh_of(shape).centre}, home;
+        const NarrowPhaseOptions options;
+        const std::vector<std::uint64_t> one = told(MeshConvexPair({shape, home}, {convex, at}, options), unit);
+        out.insert(out.end(), one.begin(), one.end());
+      }
+    }
+    return out;
+  };
+  const std::vector<std::uint64_t> usual = all(1);
+  CHECK(usual.size() > 2000);
+  for (const int exponent : {-84, -20, 20, 84}) {
+    CAPTURE(exponent);
+    CHECK((all(std::ldexp(1.0, exponent)) == usual));
   }
 }
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <cstring>
 #include <exception>
 #include <mutex>
@@ -14,6 +15,7 @@
 #include "mesh_samples.h"
 #include "part_runners.h"
 #include "shapes/mesh_builder.h"
+#include "shapes/mesh_frame.h"
 #include "shapes/shape_insides.h"
 #include "shapes/vertex_weld.h"
 #include "shapes/without_hull.h"
@@ -303,4 +305,16 @@ TEST_CASE("building: a sphere holds nothing beside itself, its mass told or not"
   CHECK(ball.memory() == 0);
   CHECK(memory_of(std::vector<Shape>{ball, Sphere{1}, ball}) == 0);
   CHECK(memory_of(std::vector<Shape>{ball, Box{Vec3(1, 1, 1)}}) > 0);
+}
+
+TEST_CASE("building: a mesh's unit scales with it, also where its size is a last digit from a power of two") {
+  for (const double half : {std::nextafter(1.0, 0.0), 1.0, std::nextafter(1.0, 2.0), 1.3}) {
+    const auto unit_at = [&](int exponent) {
+      Extent box;
+      for (const double x : {-half, half}) box.add(std::ldexp(x, exponent) * Vec3(1, 0.25, 0.5));
+      return MeshFrame(box).unit;
+    };
+    CHECK(unit_at(0) == (half > 1 ? 4 : 2));
+    for (int exponent = -90; exponent <= 90; ++exponent) CHECK(unit_at(exponent) == std::ldexp(unit_at(0), exponent));
+  }
 }

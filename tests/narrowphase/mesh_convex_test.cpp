@@ -704,3 +704,29 @@ TEST_CASE("without bounds most of the deepest contacts of a convex shape with a 
   // A deepest contact as deep as the deepest triangle is accepted without examining other obstacles.
   CHECK(separated > 0.6 * deep);
 }
+
+TEST_CASE("a capsule without length has a ball's contacts with a solid, of any size") {
+  const auto contacts_of = [](double scale, bool as_capsule) {
+    Mesh ring = torus(1, 0.3187, 12, 8);
+    for (Vec3& v : ring.vertices) v *= scale;
+    const Pose turned{Eigen::AngleAxisd(0.7, Vec3(0.6, 0, 0.8)).toRotationMatrix(), scale * Vec3(0.9, 0.1, 0.25)};
+    const double radius = 0.5 * scale;
+    std::vector<Contact> contacts;
+    NarrowPhase({.margin = 0.04 * scale})
+        .solve(Shape(ring), Pose{}, as_capsule ? Shape(Capsule{radius, 0}) : Shape(Sphere{radius}), turned,
+               Request::contacts, &contacts);
+    for (Contact& c : contacts) c.point /= scale, c.depth /= scale;
+    return contacts;
+  };
+  const auto same_bits = [](const Contact& x, const Contact& y) {
+    return x.point == y.point && x.normal == y.normal && x.depth == y.depth && x.feature == y.feature;
+  };
+  const std::vector<Contact> ball = contacts_of(1, false);
+  REQUIRE_FALSE(ball.empty());
+  for (const int exponent : {0, 13, 84, -84})
+    for (const bool as_capsule : {false, true}) {
+      const std::vector<Contact> other = contacts_of(std::ldexp(1.0, exponent), as_capsule);
+      CAPTURE(exponent, as_capsule, ball.size(), other.size());
+      CHECK(std::equal(ball.begin(), ball.end(), other.begin(), other.end(), same_bits));
+    }
+}

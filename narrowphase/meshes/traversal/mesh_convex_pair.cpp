@@ -14,12 +14,23 @@
 #include "shapes/shape_insides.h"
 
 namespace tandem {
+namespace {
+
+// The view of the convex shape, or of another one's hull. A capsule without an axis is solved as the ball that it is:
+// else its side would be a line of no length, which has contacts of its own.
+ConvexView view_beside(const Posed& mesh, const Posed& convex, const WorkLimit* limit) {
+  const ConvexView v = convex.shape.is_convex() ? view(convex.shape) : view_hull(convex.shape, limit);
+  return axis_is_lost(v, mesh.shape.size() + v.size) ? ball_of(v) : v;
+}
+
+}  // namespace
+
 MeshConvexPair::MeshConvexPair(const Posed& mesh, const Posed& convex, const NarrowPhaseOptions& options)
     : mesh_(mesh),
       convex_shape_(convex.shape),
       convex_pose_(convex.pose),
       model_(mesh_of(mesh.shape)),
-      view_(convex.shape.is_convex() ? view(convex.shape) : view_hull(convex.shape, options.limit)),
+      view_(view_beside(mesh, convex, options.limit)),
       options_(options),
       size_(mesh.shape.size() + convex.shape.size()),
       radius_(core_radius(view_)) {

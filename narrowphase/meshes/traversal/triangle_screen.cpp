@@ -415,7 +415,7 @@ HWY_INLINE M lies_beside(const Body& body, const Points& p, const V* n, V off) {
   for (int k = 0; k < 3; ++k) away[k] = hn::Sub(number(shape.middle[k]), p.at[0][k]);
   const V height = dot(n, away);
   const V turn = shape.solid ? number(1) : hn::CopySign(number(1), height);
-  const M known = hn::Gt(shape.solid ? number(1) : hn::Abs(height), hn::Mul(off, number(shape.reach)));
+  const M known = hn::Gt(shape.solid ? infinite() : hn::Abs(height), hn::Mul(off, number(shape.reach)));
   V d[3];
   for (int k = 0; k < 3; ++k) d[k] = hn::Neg(hn::Mul(turn, n[k]));
   const V beyond = hn::Add(number(shape.pad), hn::Mul(off, number(shape.reach)));

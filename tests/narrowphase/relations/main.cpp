@@ -175,8 +175,7 @@ class Tally {
     const PosedPair shown = options_.raw ? judged.pair : minimal(relation, judged.pair);
     std::printf("%s %s (%s): %s\n", std::string(relation.name).c_str(), judged.id.c_str(),
                 kinds_of(judged.pair).c_str(), check(relation, shown).c_str());
-    if (const std::string line = record(shown, std::string(relation.name) + "-" + judged.id); line.size() < 6000)
-      std::printf("%s\n", line.c_str());
+    std::printf("%s\n", record(shown, std::string(relation.name) + "-" + judged.id).c_str());
     std::fflush(stdout);
   }
 

@@ -1,8 +1,11 @@
 // Reduction of a failing pair to a minimal one.
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <stdexcept>
+#include <vector>
 
 #include "relations.h"
 
@@ -23,6 +26,24 @@ void thin_out(std::vector<T>& list, const Keep& keep) {
       list = kept;
       first += count;
     }
+}
+
+/// Moves one vertex to another: triangles at both vanish, and a closed surface stays closed.
+void merge_vertices(Mesh& m, std::uint32_t from, std::uint32_t to) {
+  for (auto& t : m.triangles) std::replace(t.begin(), t.end(), from, to);
+  std::erase_if(m.triangles, [](const auto& t) { return t[0] == t[1] || t[1] == t[2] || t[2] == t[0]; });
+}
+
+/// Merges the ends of edges wherever `attempt` accepts the rest: single triangles cannot be removed from a solid.
+template <class Attempt>
+void merge_edges(Mesh& m, const Attempt& attempt) {
+  for (std::size_t i = 0; i < m.triangles.size();) {
+    const std::array<std::uint32_t, 3> corners = m.triangles[i];
+    const std::size_t before = m.triangles.size();
+    for (std::size_t k = 0; k < 3 && m.triangles.size() == before; ++k)
+      attempt([&] { merge_vertices(m, corners[k], corners[(k + 1) % 3]); });
+    if (m.triangles.size() == before) ++i;
+  }
 }
 
 void drop_unused_vertices(Mesh& m) {
@@ -68,7 +89,11 @@ PosedPair minimal(const Relation& relation, PosedPair pair) {
   for (PosedShape* s : {&pair.a, &pair.b}) {
     if (s->rounding > 0) attempt([&] { s->rounding = 0; });
     if (Mesh* m = std::get_if<Mesh>(&s->shape)) {
-      thin_out(m->triangles, fails);
+      if (m->solid) attempt([&] { m->solid = false; });
+      if (m->solid)
+        merge_edges(*m, attempt);
+      else
+        thin_out(m->triangles, fails);
       attempt([&] { drop_unused_vertices(*m); });
     }
     if (Convex* hull = std::get_if<Convex>(&s->shape)) thin_out(hull->vertices, fails);
