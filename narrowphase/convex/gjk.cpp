@@ -48,11 +48,10 @@ void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult
       (!polytopes || r.upper - r.lower <= close(r.upper)))
     return keep_nearest(r.simplex, n);
   Simplex s = r.simplex;
-  const double longest = r.upper + limits.rounding;
   for (int step = 0; step < most_steps && !n.inside; ++step, n = nearest_to_origin(s)) {
     const double upper = std::sqrt(n.squared);
     // At a large distance a sideways step changes the direction, but no digit of the length.
-    if (step > 0 && !(upper <= longest)) return;
+    if (step > 0 && !(upper <= r.upper + limits.rounding)) return;
     keep_nearest(s, n);
     r.simplex = s;
     r.v = n.v;
