@@ -296,7 +296,7 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
     const Boxes boxes(a, b, x);
     const GjkResult r = gjk(boxes.difference, tolerance::axis_rounding);
     upper = r.upper;
-    direction = -unit(r.v, upper);
+    direction = r.normal(tolerance::place_rounding * size(x));
     set_points(r.simplex, local);
   }
   // If the axis gives the same distance and the points lie along it, the axis is exact, and the direction between

@@ -177,22 +177,23 @@ void descend(const MinkowskiDifference& d, const DescentLimits& limits, GjkResul
   Point v{r.v[0], r.v[1], r.v[2]}, w;
   double upper = std::numeric_limits<double>::infinity(), length = std::sqrt(v.dot(v));
   std::uint64_t id = difference.farthest_against(v, length, w);
-  double along = v.dot(w) / length, lower = along;
+  double lower = v.dot(w) / length;
   if (!(lower > limits.at_once) && limits.at_once > -std::numeric_limits<double>::infinity()) {
     r.lower = lower;
+    r.direction = -v.vec() / length;
     return;
   }
   NearestFeature simplex(w, id);
   bool inside = false;
-  Point best = v;  // the direction of `lower`
+  Point best = v;  // its reverse is the direction of `lower`
   double best_length = length;
   if (!(lower > limits.beyond)) {
     v = w;
     upper = length = std::sqrt(v.dot(v));
     for (int step = 0; step < most_steps && upper > limits.within && length > limits.rounding; ++step) {
       id = difference.farthest_against(v, length, w);
-      along = v.dot(w) / length;
-      if (along > lower) lower = along, best = v, best_length = length;
+      const double along = v.dot(w) / length;
+      if (along > lower - limits.rounding) lower = std::max(lower, along), best = v, best_length = length;
       if (lower > limits.beyond || upper - lower <= limits.tolerance * std::min(upper, limits.size) + limits.rounding ||
           simplex.knows(id))
         break;
@@ -210,12 +211,10 @@ void descend(const MinkowskiDifference& d, const DescentLimits& limits, GjkResul
       }
       upper = length;
     }
-    // A point this near the origin has no direction; the one that separates most has.
-    if (length <= limits.rounding && lower >= -limits.rounding)
-      v = Point{}.plus(length / best_length, best), along = lower;
   }
   r.v = v.vec();
-  r.lower = lower, r.along = along, r.upper = inside ? 0 : upper;
+  r.direction = -best.vec() / best_length;
+  r.lower = lower, r.upper = inside ? 0 : upper;
   const auto point = [&](const Point& at, std::uint64_t numbers) {
     const auto a = static_cast<std::uint32_t>(numbers >> 32), b = static_cast<std::uint32_t>(numbers);
     return MinkowskiPoint{at.vec(), core_vertex(d.a, a), a, b};

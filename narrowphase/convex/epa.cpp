@@ -85,8 +85,7 @@ Polytope::Added expand_faces(const MinkowskiDifference& d, double tolerance, Pol
 /// Computes the plane of a face again, from the shapes' own edges.
 void sharpen(const MinkowskiDifference& d, const MinkowskiPoint& a, const MinkowskiPoint& b, const MinkowskiPoint& c,
              double rounding, EpaResult& r) {
-  const Height over = height_of(d.edge(b, a), d.edge(c, b), d.edge(a, c));
-  const Vec3 n = over.side.cross(over.height);
+  const Vec3 n = normal_of(d.edge(b, a), d.edge(c, b), d.edge(a, c));
   const double length = n.norm();
   if (!(length > 0)) return;
   const Vec3 m = (n.dot(r.normal) < 0 ? -1 : 1) / length * n;
@@ -102,7 +101,7 @@ bool expand_in(const PolytopeMemory& memory, const MinkowskiDifference& d, const
   r = {};
   Polytope p(d, memory);
   if (p.span(start) < 3) {
-    set_flat(d, start, p.flat_normal, r);
+    set_flat(d, start, p.base_normal, r);
     return true;
   }
   p.close_tetrahedron();

@@ -5,6 +5,7 @@
 #include <array>
 
 #include "convex/simplex.h"
+#include "convex/triangle_height.h"
 #include "tolerances.h"
 
 namespace tandem::epa {
@@ -69,7 +70,7 @@ class Polytope {
 
   int vertices = 0;
   MinkowskiPoint* vertex;
-  Vec3 flat_normal;  ///< after span() < 3: a normal of the plane, line or point
+  Vec3 base_normal;  ///< after span(): a normal of the plane, line or point of the first three vertices
 
   /// Finds four points that span a volume, from the start's and from supports; returns the dimension reached (3:
   /// success).
@@ -145,6 +146,7 @@ inline int Polytope::span(const Simplex& start) {
   rounding_ = 8 * epsilon * (d_.scale() + reach);
   if (is_solid(d_, start)) {
     for (; vertices < 4; ++vertices) vertex[vertices] = start.p[vertices];
+    base_normal = (vertex[1].w - vertex[0].w).cross(vertex[2].w - vertex[0].w);
     return 3;
   }
   vertex[vertices++] = start.p[0];
@@ -157,7 +159,7 @@ inline int Polytope::span(const Simplex& start) {
   if (next.distance() <= thin)
     for (int k = 0; k < 3; ++k) next.along(Vec3::Unit(k), from_point);
   if (next.distance() <= rounding_) {
-    flat_normal = Vec3::UnitX();
+    base_normal = Vec3::UnitX();
     return 0;
   }
   vertex[vertices++] = next.point();
@@ -171,19 +173,16 @@ inline int Polytope::span(const Simplex& start) {
     next.along(e2, from_line);
   }
   if (next.distance() <= rounding_) {
-    flat_normal = any_perpendicular(line);
+    base_normal = any_perpendicular(line);
     return 1;
   }
   vertex[vertices++] = next.point();
 
-  const Vec3 plane = line.cross(vertex[2].w - vertex[0].w).normalized();
-  const auto from_plane = [&](const Vec3& w) { return std::abs(plane.dot(w - vertex[0].w)); };
+  base_normal = unit(normal_of(vertex[1].w - vertex[0].w, vertex[2].w - vertex[1].w, vertex[0].w - vertex[2].w));
+  const auto from_plane = [&](const Vec3& w) { return std::abs(base_normal.dot(w - vertex[0].w)); };
   next.of_start(from_plane);
-  if (next.distance() <= thin) next.along(plane, from_plane);
-  if (next.distance() <= rounding_) {
-    flat_normal = plane;
-    return 2;
-  }
+  if (next.distance() <= thin) next.along(base_normal, from_plane);
+  if (next.distance() <= rounding_) return 2;
   vertex[vertices++] = next.point();
   return 3;
 }
@@ -240,8 +239,7 @@ inline void Polytope::drop(int face) {
 }
 
 inline void Polytope::close_tetrahedron() {
-  const Vec3 n = (vertex[1].w - vertex[0].w).cross(vertex[2].w - vertex[0].w);
-  if (n.dot(vertex[3].w - vertex[0].w) > 0) std::swap(vertex[1], vertex[2]);
+  if (base_normal.dot(vertex[3].w - vertex[0].w) > 0) std::swap(vertex[1], vertex[2]);
   // Now vertex 3 lies below the plane of 0, 1, 2.
   for (int l = 0; l < 2; ++l)
     for (int k = 0; k < 3; ++k) batch_.loop[k][l] = vertex[l].w[k];

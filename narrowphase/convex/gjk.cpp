@@ -19,8 +19,7 @@ Vec3 square_to_edges(const MinkowskiDifference& d, const Simplex& s, const Vec3&
     const double e2 = e.squaredNorm();
     for (int i = 0; i < 2 && e2 > 0; ++i) n -= (n.dot(e) / e2) * e;
   } else if (s.count == 3) {
-    const Height h = height_of(d.edge(s.p[1], s.p[0]), d.edge(s.p[2], s.p[1]), d.edge(s.p[0], s.p[2]));
-    n = h.side.cross(h.height);
+    n = normal_of(d.edge(s.p[1], s.p[0]), d.edge(s.p[2], s.p[1]), d.edge(s.p[0], s.p[2]));
     if (n.dot(v) < 0) n = -n;
   }
   const double length = n.norm();
@@ -35,9 +34,9 @@ bool has(const Simplex& s, const MinkowskiPoint& p, bool polytopes) {
 }
 
 /// Repeats GJK's last steps where rounding may have determined the fast result (for polytopes also where the bounds
-/// disagree, and where the lower one is not that along the point found: with as good a length, its direction is another
-/// one). The upper bound is the length of a point of the simplex; the lower bound is a separation along it, or, for
-/// polytopes, along a direction perpendicular to the simplex's edges. Sets the weights.
+/// disagree), and where the direction of the lower bound is not that of the point found: from afar, another one with as
+/// good a bound. The upper bound is the length of a point of the simplex; the lower bound is a separation along it, or,
+/// for polytopes, along a direction perpendicular to the simplex's edges. Sets the weights.
 void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult& r) {
   constexpr int most_steps = 16;
   const auto close = [&limits](double upper) { return 2 * limits.rounding + limits.tolerance * upper; };
@@ -45,30 +44,29 @@ void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult
   NearestOnSimplex n = nearest_to_origin(r.simplex);
   // An effect of rounding: simplices that contain the origin do not get here.
   if (n.inside) n = nearest_on_sides(r.simplex);
-  if ((n.v - r.v).squaredNorm() <= 16 * limits.rounding * limits.rounding &&
-      (!polytopes || r.upper - std::min(r.lower, r.along) <= close(r.upper)))
+  if ((n.v + r.upper * r.direction).squaredNorm() <= 16 * limits.rounding * limits.rounding &&
+      (!polytopes || r.upper - r.lower <= close(r.upper)))
     return keep_nearest(r.simplex, n);
   Simplex s = r.simplex;
-  const double longest = r.upper + limits.rounding;
   for (int step = 0; step < most_steps && !n.inside; ++step, n = nearest_to_origin(s)) {
     const double upper = std::sqrt(n.squared);
     // At a large distance a sideways step changes the direction, but no digit of the length.
-    if (step > 0 && !(upper <= longest)) return;
+    if (step > 0 && !(upper <= r.upper + limits.rounding)) return;
     keep_nearest(s, n);
     r.simplex = s;
+    r.v = n.v;
     r.upper = upper;
-    r.along = -infinity;
     bool known = true;
     const auto try_along = [&](const Vec3& along) {
+      if (along.isZero(0)) return false;
       const MinkowskiPoint p = d.support(-along);
       const double lower = along.dot(p.w);
-      if (lower > r.along) r.along = lower, r.v = upper * along;
+      const bool met = upper - lower <= close(upper);
+      if (met || lower > r.lower) r.lower = std::max(r.lower, lower), r.direction = -along;
       if (!has(s, p, polytopes)) known = false, s.p[s.count] = p;
-      return upper - lower <= close(upper);
+      return met;
     };
-    const bool met = try_along(unit(n.v)) || (polytopes && try_along(square_to_edges(d, s, n.v)));
-    r.lower = std::max(r.lower, r.along);
-    if (met || known) return;
+    if (try_along(unit(n.v)) || (polytopes && try_along(square_to_edges(d, s, n.v))) || known) return;
     ++s.count;
   }
 }
@@ -80,11 +78,10 @@ void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, Gj
   r.upper = infinity;
   r.lower = -r.upper;
   double length = v.norm();
-  Vec3 best = v / length;  // the direction of r.lower
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     const MinkowskiPoint p = d.support(-v);
-    r.along = v.dot(p.w) / length;
-    if (r.along > r.lower) r.lower = r.along, best = v / length;
+    const double along = v.dot(p.w) / length;
+    if (along > r.lower - limits.rounding) r.lower = std::max(r.lower, along), r.direction = -v / length;
     if (r.lower > limits.beyond ||
         (s.count > 0 && r.upper - r.lower <= limits.tolerance * std::min(r.upper, limits.size) + limits.rounding))
       break;
@@ -108,11 +105,7 @@ void descend_round(const MinkowskiDifference& d, const DescentLimits& limits, Gj
     keep_nearest(s, n);
     length = v.norm();
     r.upper = length;
-    if (length <= limits.rounding) {  // no direction
-      if (r.lower >= -limits.rounding) v = length * best, r.along = r.lower;
-      return;
-    }
-    if (r.upper <= limits.within) break;
+    if (r.upper <= std::max(limits.within, limits.rounding)) break;
   }
 }
 

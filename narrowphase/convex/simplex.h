@@ -50,11 +50,15 @@ void set_points(const Simplex& s, LocalAnswer& answer);
 /// The state in which GJK stopped (Gilbert, Johnson, Keerthi 1988; the duality gap bounds the error).
 struct GjkResult {
   enum class End { separated, near, inside } end;
-  double upper = 0;       ///< length of `v`: upper bound on the distance
-  double lower = 0;       ///< lower bound on the distance; <= 0: no information
-  double along = 0;       ///< separation along -v
-  Vec3 v = Vec3::Zero();  ///< the last nearest point; -v is a good start for a similar query
+  double upper = 0;  ///< length of `v`: upper bound on the distance
+  double lower = 0;  ///< the largest separation along a direction: lower bound on the distance, and on -depth
+  Vec3 direction = Vec3::Zero();  ///< unit vector from A to B, the last that separates by `lower`, to rounding
+  Vec3 v = Vec3::Zero();          ///< the last nearest point
   Simplex simplex;
+
+  /// The normal of cores that are apart: `direction`, or that of the nearest point where this lies aside by more than
+  /// the slack (metres): from afar, directions that differ separate by the same distance, to rounding.
+  Vec3 normal(double slack) const { return (v + upper * direction).norm() > slack ? Vec3(-unit(v, upper)) : direction; }
 };
 
 }  // namespace tandem

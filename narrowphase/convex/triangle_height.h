@@ -21,4 +21,12 @@ inline Height height_of(const Vec3& ab, const Vec3& bc, const Vec3& ca) {
   if (ab2 >= bc2 && ab2 >= ca2) return {ab, bc};
   return bc2 >= ca2 ? Height(bc, ca) : Height(ca, ab);
 }
+
+/// The normal of a triangle by its sides, as long as twice its area: perpendicular to the longest to rounding, so that
+/// the plane through a sliver passes its corners within rounding.
+inline Vec3 normal_of(const Vec3& ab, const Vec3& bc, const Vec3& ca) {
+  const Height over = height_of(ab, bc, ca);
+  return over.side.cross(over.height);
+}
+
 }  // namespace tandem

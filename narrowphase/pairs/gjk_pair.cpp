@@ -127,7 +127,7 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
                      (r.lower > core.distance ? r.lower >= 0 : polytopes && core.distance > 0);
   if (apart) {
     // Separated, possibly by a corner or an edge that no face of the polytope represents.
-    if (r.lower > core.distance) answer.normal = -unit(r.v);
+    if (r.lower > core.distance) answer.normal = r.direction;
     answer.gap = r.upper - std::max(r.lower, core.distance);
     core.distance = r.upper;
     set_points(r.simplex, answer);
@@ -204,7 +204,7 @@ bool gjk_collide(const MinkowskiDifference& d, double tolerance, const Vec3* sta
   const GjkResult r =
       descend(d, std::max(tolerance, tolerance::ends_on_polytopes), radius + rounding, radius - rounding, start);
   if (r.lower > radius + rounding) {
-    if (direction != nullptr && r.v.squaredNorm() > 0) *direction = -unit(r.v);
+    if (direction != nullptr) *direction = r.direction;
     return false;
   }
   // A simplex that contains the origin may only seem to where it has come close before, or is flat.
@@ -237,7 +237,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   }
   if (r.lower > beyond + ra + rb) {
     answer.signed_distance = r.lower - ra - rb;
-    answer.normal = -unit(r.v);
+    answer.normal = r.direction;
     return answer;
   }
   const bool weighs = r.end == GjkResult::End::inside ? !is_solid(d, r.simplex) : !polytopes;
@@ -245,10 +245,11 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   CoreDistance core;
   if (r.end == GjkResult::End::separated) {
     core.distance = r.upper;
-    answer.normal = -unit(r.v, r.upper);
     set_points(r.simplex, answer);
     answer.gap = r.upper - std::max(r.lower, 0.0);
-    core.doubtful = polytopes && r.upper - r.along > precision * r.upper + 4 * epsilon * scale;
+    answer.normal = r.normal(tolerance::place_rounding * scale);
+    core.doubtful =
+        polytopes && (r.upper - r.lower > precision * r.upper + 4 * epsilon * scale || answer.normal != r.direction);
   } else {
     const double exact = polytopes ? 0 : std::max(tolerance * larger(d), tolerance::ends_on_round * scale);
     core = expand_from(d, r, deep, exact, answer);

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "catch.h"
+#include "convex/feature_normals.h"
+#include "convex/gjk.h"
 #include "random_pairs.h"
 #include "reference.h"
 
@@ -80,6 +82,24 @@ TEST_CASE("slivers and long thin hulls with something much smaller: apart, touch
     }
     check(a, pose_a, b, pose_b);
     check(b, pose_b, a, pose_a);
+  }
+}
+
+TEST_CASE("slivers and specks that nearly touch: GJK's direction is the one that separates by its lower bound") {
+  // A nearest point no farther than rounding has none; nor has one to which the last step led back.
+  for (std::uint64_t seed = 0; seed < 3000; ++seed) {
+    CAPTURE(seed);
+    Random r(17000 + seed);
+    const Shape a = needle(r), b = speck(r);
+    const ConvexView in_a = view(a), in_b = view(b);
+    MinkowskiDifference d{in_a, in_b, relative({}, {r.rotation(), r.in(0, 1) * r.direction()})};
+    for (int i = 0; i < 3; ++i) {
+      const GjkResult found = gjk(d, tolerance::ends_on_polytopes);
+      REQUIRE(std::abs(found.direction.norm() - 1) <= 4 * epsilon);
+      REQUIRE(found.lower <= found.upper + 8 * epsilon * d.scale());
+      REQUIRE(separation_along(d, found.direction) >= found.lower - 8 * epsilon * d.scale());
+      d.pose.translation += (small(r, 13, 20) - found.upper) * found.direction;
+    }
   }
 }
 

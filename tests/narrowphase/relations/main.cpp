@@ -284,13 +284,14 @@ int main(int argc, char** argv) {
   app.add_option("--seed", options.seed, "seed of the first pair; the next pair has the next number");
   app.add_option("--pairs", options.pairs, "number of pairs");
   app.add_option("--relation", options.only, "only these relations, comma-separated")->delimiter(',');
-  app.add_option("--a", options.a, "kind of A, else any");
+  CLI::Option* const kind_of_a = app.add_option("--a", options.a, "kind of A, else any");
   app.add_option("--b", options.b, "kind of B, else any");
   app.add_option("--meshes", options.meshes, "folder of .obj and .stl files from which meshes are drawn, too");
   app.add_option("--largest-mesh", options.largest_mesh, "most triangles of such a mesh");
   app.add_option("--records", options.records, "judge the pair records of this file instead");
   app.add_option("--show", options.show, "failures printed for a relation and two kinds");
-  app.add_flag("--needles", options.needles, "only slivers and long thin hulls with shapes 1e3 to 1e8 times smaller");
+  app.add_flag("--needles", options.needles, "A is a sliver or a long thin hull, B 1e3 to 1e8 times smaller")
+      ->excludes(kind_of_a);
   app.add_flag("--rounded", options.rounded, "only pairs of which one or both have rounding");
   app.add_flag(
       "--unusual", options.unusual,
