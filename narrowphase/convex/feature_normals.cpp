@@ -205,12 +205,14 @@ bool settle_by_features(const MinkowskiDifference& d, LocalAnswer& answer) {
   // be through any side.
   const bool any_side = claimed < 0 && (answer.gap > 4 * rounding || claimed > -tolerance::thin_overlap * scale);
   const double all = any_side ? 2 * (d.a.size + d.b.size) : 0;
+  // The normal claimed for a thin overlap may be as far from the right one as any.
+  const bool every = any_side && may_be_thin(d);
   double best = separation_along(d, answer.normal);
   Vec3 n = answer.normal;
   for (int round = 0; round < 3; ++round) {
     const double before = best;
     const double band = std::max(near * scale, 4 * std::abs(claimed - best));
-    Features(d, n, near * scale, std::max(band, all)).search(best, n);
+    Features(d, n, every ? all : near * scale, std::max(band, all)).search(best, n);
     if (!(best > before + rounding)) break;
   }
   if (std::abs(best - claimed) <= rounding && n == answer.normal) return false;

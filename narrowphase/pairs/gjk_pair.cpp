@@ -95,12 +95,6 @@ bool answer_on_surface(const MinkowskiDifference& d, double beyond, double reach
   return face.end == SurfaceFace::End::reached && answer_by_face(d, face, answer);
 }
 
-/// True if no ball is known in the difference that is as wide as a thin overlap; the sum of both shapes' inscribed
-/// balls is in it.
-bool may_be_thin(const MinkowskiDifference& d) {
-  return core_inner_radius(d.a) + core_inner_radius(d.b) < tolerance::thin_overlap * d.scale();
-}
-
 /// For cores that GJK left overlapping or nearly so: the expanding polytope algorithm, to `exact`.
 CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool deep, double exact,
                          LocalAnswer& answer) {

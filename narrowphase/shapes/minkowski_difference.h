@@ -51,6 +51,12 @@ inline double rounding_scale(const MinkowskiDifference& d) {
   return d.scale() + off_origin(d.a) + off_origin(d.b);
 }
 
+/// True if no ball is known in the difference that is as wide as a thin overlap; the sum of both shapes' inscribed
+/// balls is in it.
+inline bool may_be_thin(const MinkowskiDifference& d) {
+  return core_inner_radius(d.a) + core_inner_radius(d.b) < tolerance::thin_overlap * d.scale();
+}
+
 /// The unit of relative tolerances.
 inline double larger(const MinkowskiDifference& d) { return std::max(d.a.size, d.b.size); }
 
