@@ -314,7 +314,7 @@ void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, in
 
   Race::header("Pairs a batch");
   std::vector<LoadRunner> batches{{"sequential", {.kind = ExecutorKind::sequential}}};
-  for (const std::size_t pairs : {1, 4, 16, 64, 128, 256, 1024})
+  for (const std::size_t pairs : {1u, 4u, 16u, 64u, 128u, 256u, 1024u})
     for (const StepForm form : {StepForm::overlapped, StepForm::ordered})
       batches.push_back({fmt::format("{}, at most {}", name(form), pairs),
                          {.threads = cores, .batches = {.pairs = pairs}, .sharing = {.form = form}}});
@@ -326,7 +326,7 @@ void synthetic(std::vector<Row>& rows, const std::vector<int>& thread_counts, in
 
   Race::header("Batches in the queue");
   std::vector<LoadRunner> queues{{"sequential", {.kind = ExecutorKind::sequential}}};
-  for (const std::size_t capacity : {1, 2, 4, 16, 64, 512})
+  for (const std::size_t capacity : {1u, 2u, 4u, 16u, 64u, 512u})
     queues.push_back(
         {fmt::format("flowgraph, room for {}", capacity),
          {.threads = cores, .batches = {.queue_capacity = capacity}, .sharing = {.form = StepForm::overlapped}}});

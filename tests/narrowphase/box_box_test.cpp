@@ -269,7 +269,7 @@ TEST_CASE("several pairs at a time have the bits that they have one by one, on e
       CHECK(at_answer == answers.pairs.size());
       CHECK(wrong == 0);
       CHECK(told > 3000);
-      for (const std::size_t count : {1, 2, 3, 4}) CHECK(points[count] > 20);
+      for (const std::size_t count : {1u, 2u, 3u, 4u}) CHECK(points[count] > 20);
     }
   }
 }

@@ -185,12 +185,12 @@ class OctreeCells {
 
   /// The box around a cell in its pose, enlarged by more than FCL's test of rotated boxes tolerates.
   ExactBox box_of(const Box& cell) const {
-    ExactBox box;
     if (!is_turned_) {
       const Box placed = ::fcl::translate(cell, pose_.translation());
-      for (std::size_t k = 0; k < 3; ++k) box.lo[k] = placed.min_[k], box.hi[k] = placed.max_[k];
-      return box;
+      const auto &lo = placed.min_, &hi = placed.max_;
+      return {{lo[0], lo[1], lo[2]}, {hi[0], hi[1], hi[2]}};
     }
+    ExactBox box;
     constexpr double slack = 64 * std::numeric_limits<float>::epsilon();  // of sizes
     const ::fcl::Vector3<S> centre = pose_ * cell.center(), half = (cell.max_ - cell.min_) / 2;
     for (int k = 0; k < 3; ++k) {
