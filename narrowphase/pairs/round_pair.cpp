@@ -85,6 +85,11 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
     gap = depth.gap;
   }
   if (!s.optimal) gap = std::max(gap, doubt(s));
+  // What seemed a deep overlap from the centres, and has no certain depth, may be none.
+  if (deep && gap > tolerance::no_gap * pair.scale) {
+    const Support descended = minimize(pair, direction(search_portal(d).normal), below);
+    if (descended.h < 0) s = descended, gap = s.optimal ? 0 : doubt(s);
+  }
   straighten_points(pair, s);
   LocalAnswer answer;
   answer.normal = s.n;
