@@ -309,8 +309,8 @@ TEST_CASE("separation along a direction: they touch until there and never again,
                                   Shape{Cone{0.5, 1}},           Shape{Box{{0.5, 0.4, 0.3}}}.rounded(0.2)};
   int touching = 0;
   for (int i = 0; i < 40; ++i) {
-    const Shape &a = solids[random.below(static_cast<int>(solids.size()))],
-                &b = solids[random.below(static_cast<int>(solids.size()))];
+    const auto any = [&] { return static_cast<std::size_t>(random.below(static_cast<int>(solids.size()))); };
+    const Shape &a = solids[any()], &b = solids[any()];
     const Pose at_a = random_pose(random, 0.3), at_b = random_pose(random, 0.3);
     const Vec3 direction = 3 * random.direction();
     check_separation(a, at_a, b, at_b, direction);

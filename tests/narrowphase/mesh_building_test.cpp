@@ -63,7 +63,7 @@ Mesh soup(const Mesh& mesh, int ulps, bool turned) {
     const auto first = static_cast<std::uint32_t>(out.vertices.size());
     for (const std::uint32_t v : t) {
       Vec3 p = mesh.vertices[v];
-      for (double& x : p) x += static_cast<double>(static_cast<int>(random() % (2 * ulps + 1)) - ulps) * 1e-16;
+      for (double& x : p) x += (static_cast<double>(random() % (2 * static_cast<unsigned>(ulps) + 1)) - ulps) * 1e-16;
       out.vertices.push_back(p);
     }
     out.triangles.push_back({first, first + 1, first + 2});
