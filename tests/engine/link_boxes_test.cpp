@@ -36,7 +36,7 @@ TEST_CASE("link boxes: hold the links, hardly larger than needed, for any number
   Random random(31);
   const Links links(random);
   const std::size_t n = links.shapes.size();
-  for (const std::size_t count : {1, 3, 16, 64, 65, 150})
+  for (const std::size_t count : {1u, 3u, 16u, 64u, 65u, 150u})
     for (const double far : {1.0, 1e4}) {
       std::vector<Pose> poses;
       for (std::size_t i = 0; i < (count + 2) * n; ++i) poses.push_back(random_pose(random, far));
@@ -132,7 +132,7 @@ TEST_CASE("link boxes: poses that are none are told") {
   for (int i = 0; i < 200; ++i) poses.push_back(random_pose(random, 3));
   LinkBoxes boxes;
   const auto taken = [&] { return boxes.take(links, poses, 0, 100, {}); };
-  for (const std::size_t at : {0, 1, 77, 199}) {
+  for (const std::size_t at : {0u, 1u, 77u, 199u}) {
     const Pose good = poses[at];
     for (int k = 0; k < 12; ++k) {
       (k < 9 ? poses[at].rotation.data()[k] : poses[at].translation.data()[k - 9]) =

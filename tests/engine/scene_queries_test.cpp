@@ -574,7 +574,7 @@ TEST_CASE("configurations: matrices row by row are read where they lie") {
     numbers[16 * bad + number] = good;
     return message;
   };
-  for (const std::size_t number : {12, 13, 14, 15})
+  for (const std::size_t number : {12u, 13u, 14u, 15u})
     CHECK(refusal(number, 0.5) == "poses: configuration 401, link 2: the last row of its matrix is not 0, 0, 0, 1");
   CHECK(refusal(12, std::nan("")).find("poses: configuration 401, link 2: the last row") == 0);
   CHECK(refusal(3, infinity).find("poses: configuration 401, link 2: translation[0]") == 0);
@@ -701,7 +701,7 @@ TEST_CASE("queries: the limit is looked at every few bodies, and nothing is begu
     singles[i]();
     CHECK(counted.looks > 5);
     CHECK(counted.most <= 64);
-    for (const std::size_t at : {1, 4}) {
+    for (const std::size_t at : {1u, 4u}) {
       counted.begin(at);
       CHECK_THROWS_AS(singles[i](), WorkStopped);
       CHECK(counted.after == 0);
@@ -725,7 +725,7 @@ TEST_CASE("queries: the limit is looked at every few bodies, and nothing is begu
   CHECK(unknown(whole) == 0);
   CHECK(counted.most <= 64);
   tbb::task_arena(1).execute([&] {
-    for (const std::size_t at : {1, 20}) {
+    for (const std::size_t at : {1u, 20u}) {
       // After the check that ends it: one check for each block under way, no work on a body.
       const auto ended = [&] { return counted.after == 0 && counted.looks <= at + 2; };
       counted.begin(at);
