@@ -551,3 +551,32 @@ TEST_CASE("voxels: two sets of cells whose contacts lie on other cells of either
   }
   CHECK(touching > 2000);
 }
+
+namespace {
+
+Shape block_of_cells(int x, int y, int z, double edge) {
+  std::vector<std::array<std::int32_t, 3>> cells;
+  for (int i = 0; i < x; ++i)
+    for (int j = 0; j < y; ++j)
+      for (int k = 0; k < z; ++k) cells.push_back({i, j, k});
+  return voxels(cells, edge);
+}
+
+}  // namespace
+
+// Rounding makes cells that touch along an edge as deep as those that touch along a face.
+TEST_CASE("voxels: blocks with a face on a face have its normal") {
+  Mat3 turn;
+  turn.col(0) = Vec3(-0.53895674728087239, -0.67310299849997657, 0.50641680261496269);
+  turn.col(1) = Vec3(-0.44391597435175195, -0.28397240568703563, -0.84988133320108394);
+  turn.col(2) = Vec3(0.71586607146571501, -0.68285578727770746, -0.14575232933159432);
+  const Pose pose{turn, Vec3::Constant(1.0241314713406764)};
+  const Pose at{turn, turn * Vec3(0.2, 0.1, 0.2) + pose.translation};
+  const Shape a = block_of_cells(3, 5, 2, 0.1), b = block_of_cells(5, 2, 4, 0.1);
+  std::vector<Contact> contacts;
+  const PairAnswer answer = NarrowPhase().solve(a, pose, b, at, Request::contacts, &contacts);
+  CHECK(answer.status == Status::ok);
+  REQUIRE(contacts.size() == 4);
+  for (const Contact& c : contacts) CHECK(c.normal.dot(turn.col(2)) == Approx(1));
+  CHECK(NarrowPhase().solve(a, pose, b, at, Request::distance).normal.dot(turn.col(2)) == Approx(1));
+}
