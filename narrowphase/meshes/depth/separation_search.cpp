@@ -44,7 +44,13 @@ void SeparationSearch::beyond_obstacles() {
       continue;
     }
     take(at);
-    if (Vec3 to; pair_.effort.margin == 0 && constraints_.shortest(-infinity, 0, to)) known.length = to.norm();
+    if (Vec3 to; pair_.effort.margin == 0 && constraints_.shortest(-infinity, 0, to)) {
+      // Beyond two planes that it grazes, the corner without slack lies aside: the length is that along another normal.
+      if ((to - at).norm() <= 2 * pair_.slack)
+        known.length = to.norm();
+      else if (pair_.is_free(to))
+        take(to);
+    }
     if (const LocalConstraint* active = constraints_.active_at(at)) known.point = active->point;
     break;
   }
