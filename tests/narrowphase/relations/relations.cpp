@@ -377,7 +377,7 @@ void shuffle(std::vector<T>& list, Random& random) {
 bool permute(ShapeData& data, Random& random) {
   if (auto* hull = std::get_if<Convex>(&data)) shuffle(hull->vertices, random);
   if (auto* triangle = std::get_if<Triangle>(&data))
-    std::swap(triangle->vertices[0], triangle->vertices[1 + random.below(2)]);
+    std::swap(triangle->vertices[0], triangle->vertices[random.below(2) == 0 ? 1 : 2]);
   if (auto* mesh = std::get_if<Mesh>(&data)) {
     std::vector<std::uint32_t> place(mesh->vertices.size());
     for (std::size_t i = 0; i < place.size(); ++i) place[i] = static_cast<std::uint32_t>(i);
