@@ -16,8 +16,11 @@ namespace tandem {
 /// avoid, are std::runtime_error.
 class InputFile {
  public:
-  /// Opens a file. Throws InputError "PATH: reason" if it is missing, a directory or not readable.
-  explicit InputFile(const std::filesystem::path& path);
+  /// What may be opened. A pipe that nobody writes to is waited for, unless only regular files are allowed: these are
+  /// what a file names, since whoever reads a scene or a record need not know what it refers to.
+  enum class Kind { any, regular };
+  /// Opens a file. Throws InputError "PATH: reason" if it is missing, a directory, of another kind or not readable.
+  explicit InputFile(const std::filesystem::path& path, Kind kind = Kind::any);
   /// Reads from an open descriptor, which stays open; `name`: such as "stdin".
   InputFile(int descriptor, std::string name);
   ~InputFile();
@@ -44,7 +47,7 @@ class InputFile {
   Line line(std::string& line, std::uint64_t most = limits::stream_bytes);
 
  private:
-  void inspect();
+  void inspect(Kind kind);
   /// The bytes in the buffer, filled if it was empty; none at the end.
   std::string_view buffered();
   void take(std::size_t count);
@@ -64,6 +67,7 @@ class InputFile {
 std::string in_mebibytes(std::uint64_t bytes);
 
 /// All of a file, as InputFile::rest.
-std::string read_file(const std::filesystem::path& path, std::uint64_t most = limits::document_bytes);
+std::string read_file(const std::filesystem::path& path, std::uint64_t most = limits::document_bytes,
+                      InputFile::Kind kind = InputFile::Kind::any);
 
 }  // namespace tandem
