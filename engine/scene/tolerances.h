@@ -13,6 +13,10 @@ inline constexpr const char* quaternion_range = "four numbers [w, x, y, z] of no
 /// An upper bound on the relative stretch of a body's motion by rotations that are orthonormal only to 2e-6: the narrow
 /// phase's `askew`, which is private to it. Less: a contact is kept that a fast body has left.
 inline constexpr double motion_stretch = 4e-6;
+/// The largest option of a response, and the largest component of gravity, m/s^2: the narrow phase's longest length,
+/// which is private to it. More: velocities whose sums and products are not finite.
+inline constexpr double largest_of_response = 1e30;
+
 /// The rounding of a position after a motion, relative to the numbers in it: 18 epsilon. Less: a contact is kept that a
 /// slow body has left.
 inline constexpr double motion_rounding = 4e-15;

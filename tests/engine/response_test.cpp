@@ -134,13 +134,17 @@ TEST_CASE("response: options that make no sense are refused by name") {
   CHECK_THAT(refusal([](auto& o) { o.contact_damping_ratio = 0; }), Contains("contact_damping_ratio"));
   CHECK_THAT(refusal([](auto& o) { o.max_push_out = 0; }), Contains("max_push_out"));
   CHECK_THAT(refusal([](auto& o) { o.max_speed = 0; }), Contains("max_speed"));
+  CHECK_THAT(refusal([](auto& o) { o.max_speed = 1.1e30; }), Contains("max_speed") && Contains("at most 1e30"));
   Scene scene;
   Response response;
   scene.dt = 0;
   CHECK_THROWS_AS(response.step(scene, {}), std::invalid_argument);
   scene.dt = 0.01;
-  scene.gravity.x() = nan;
-  CHECK_THROWS_AS(response.step(scene, {}), std::invalid_argument);
+  for (const double bad : {nan, 1.1e30, -1e308}) {
+    scene.gravity.x() = bad;
+    CHECK_THAT(message_of([&] { response.step(scene, {}); }),
+               Contains("gravity is ") && Contains("at most 1e30 m/s^2"));
+  }
 }
 
 TEST_CASE("response: the margin that is recommended follows speed, time step and the smallest moving body") {
@@ -385,6 +389,40 @@ TEST_CASE("response: speeds beyond all bounds stay finite") {
   CHECK(scene.velocities()[0].norm() == Approx(500));
   CHECK(scene.angular_velocities()[0].allFinite());
   CHECK(scene.pose(ball).rotation.allFinite());
+}
+
+TEST_CASE("response: the largest options and gravity leave bodies at finite places") {
+  const auto moved = [](const ResponseOptions& options, double gravity, double speed) {
+    Scene scene;
+    scene.gravity = {0, 0, -gravity};
+    scene.add_body({.shape = scene.add_shape(HalfSpace{{0, 0, 1}, 0}), .is_static = true});
+    const ShapeId shapes[] = {scene.add_shape(Sphere{1}), scene.add_shape(Box{{1, 1, 1}})};
+    for (int i = 0; i < 4; ++i)
+      scene.add_body({.shape = shapes[i % 2],
+                      .pose = Pose::at(0.1 * i, 0, 0.9 + i),
+                      .velocity = {speed, 0, -speed},
+                      .angular_velocity = {speed, 0, 0}});
+    Response response(options);
+    for (int step = 0; step < 4; ++step) {
+      const ResponseReport report = response.step(scene, detect(scene, 0.1));
+      CHECK(std::isfinite(report.kinetic_energy));
+    }
+    for (std::uint32_t i = 1; i < scene.indices(); ++i) {
+      CHECK(scene.poses()[i].translation.allFinite());
+      CHECK(scene.poses()[i].rotation.allFinite());
+      CHECK(scene.velocities()[i].allFinite());
+    }
+  };
+  constexpr double most = 1e30;
+  moved({}, most, 10);
+  moved({.max_speed = most}, most, 1e308);
+  for (double ResponseOptions::*option :
+       {&ResponseOptions::friction, &ResponseOptions::rolling_resistance, &ResponseOptions::contact_hertz,
+        &ResponseOptions::contact_damping_ratio, &ResponseOptions::max_push_out, &ResponseOptions::max_speed}) {
+    ResponseOptions options;
+    options.*option = most;
+    moved(options, 9.81, 10);
+  }
 }
 
 TEST_CASE("response: the same contacts make the same bits, and a pile comes to rest") {

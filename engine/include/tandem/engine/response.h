@@ -8,7 +8,7 @@
 
 namespace tandem {
 
-/// Parameters of a response. Defaults suit metre-sized rigid bodies at 60 Hz.
+/// Parameters of a response, none above 1e30. Defaults suit metre-sized rigid bodies at 60 Hz.
 struct ResponseOptions {
   int substeps = 4;                   ///< [1, 64]; more makes contacts stiffer
   double friction = 0.5;              ///< Coulomb, >= 0
@@ -19,7 +19,7 @@ struct ResponseOptions {
   double max_speed = 500;             ///< m/s, > 0: faster bodies are slowed to this
   /// The same as the pipeline's, if it has one: continuous bodies pass through dropped pairs.
   PairPredicate predicate{};
-  int threads = 0;                    ///< in all, the caller counted, [0, 1024]; 0: those of the arena it is called in
+  int threads = 0;  ///< in all, the caller counted, [0, 1024]; 0: those of the arena it is called in
 };
 
 struct ResponseReport {
@@ -49,8 +49,8 @@ class Response {
   Response(Response&&) noexcept;
   Response& operator=(Response&&) noexcept;
   /// Detection must have run on these poses; contacts with negative depth are used to stop bodies in time. Throws
-  /// std::invalid_argument if the scene's dt is not > 0 or more than 1000 s, its gravity is not finite, or the contacts
-  /// are of bodies that it does not have.
+  /// std::invalid_argument if the scene's dt is not > 0 or more than 1000 s, a component of its gravity is not a number
+  /// of at most 1e30 m/s^2 in size, or the contacts are of bodies that it does not have.
   ResponseReport step(Scene& scene, const ContactList& contacts);
 
  private:
