@@ -308,7 +308,7 @@ void bind_settings(py::class_<SharedScene>& scene) {
           "dt", [](const SharedScene& s) { return s.read([](const Scene& x) { return x.dt; }); },
           [](SharedScene& s, double to) {
             if (!(to > 0 && to <= tolerance::longest_time_step))
-              throw std::invalid_argument("dt: " + std::to_string(to) + ", allowed: " + tolerance::time_step_range);
+              throw std::invalid_argument("dt: " + written(to) + ", allowed: " + tolerance::time_step_range);
             s.change([&](Scene& x) { x.dt = to; });
           },
           "s, of one step")
