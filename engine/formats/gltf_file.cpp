@@ -75,7 +75,7 @@ struct Primitive {
 
 struct GltfMesh {
   std::vector<Primitive> primitives;
-  std::uint64_t corners = 0;  // and one for each primitive
+  std::uint64_t corners = 0;
 };
 
 /// A node's mesh and where it is.
@@ -182,7 +182,8 @@ class GltfReader {
     const std::uint32_t place = meshes_.place(index);
     if (!meshes_read_[place]) meshes_read_[place] = read_mesh(place);
     corners_ += meshes_read_[place]->corners;
-    if (corners_ > limits::mesh_vertices)
+    primitives_ += meshes_read_[place]->primitives.size();
+    if (std::max(corners_, primitives_) > limits::mesh_vertices)
       node.refuse("one more use of a mesh", "at most " + std::to_string(limits::mesh_vertices) + " corners in all");
     uses_.push_back({place, placement});
   }
@@ -208,7 +209,7 @@ class GltfReader {
       if (primitive.mode == first_of_triangles && count % 3 != 0)
         json.refuse(std::to_string(count) + " corners of triangles", "three a triangle");
       out.primitives.push_back(primitive);
-      out.corners += std::uint64_t{1} + count;
+      out.corners += count;
     }
     return out;
   }
@@ -258,7 +259,7 @@ class GltfReader {
   GltfBuffers buffers_;
   std::vector<std::optional<GltfMesh>> meshes_read_;  // each at its first use
   std::vector<Use> uses_;
-  std::uint64_t corners_ = 0;  // of all uses
+  std::uint64_t corners_ = 0, primitives_ = 0;  // of all uses
   Mesh mesh_;
   Welder welder_{mesh_};
 };

@@ -45,7 +45,7 @@ Mesh read_mesh_file(const std::filesystem::path& path) {
     const InputFile must_exist(path, InputFile::Kind::regular);
     throw InputError(file, "extension '" + quotation(path.extension().string()) + '\'', mesh_extensions);
   }
-  return read(file, read_file(path, limits::mesh_bytes, InputFile::Kind::regular), path.parent_path());
+  return read(file, read_file(path, limits::mesh_bytes), path.parent_path());
 }
 
 Shape read_mesh_shape(const std::filesystem::path& path, bool solid, const BuildOptions& options) {

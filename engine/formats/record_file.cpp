@@ -125,7 +125,7 @@ void RecordWriter::step(std::uint64_t step, std::uint64_t contact_hash, const Sc
 }
 
 RecordReader::RecordReader(const std::filesystem::path& path) : file_(path, InputFile::Kind::regular) {
-  if (!file_.size()) throw InputError(file_.name(), "an empty file", "a recording");
+  if (!file_.size()) throw InputError(file_.name(), "a file of size 0", "a recording");
   std::string line;
   if (file_.line(line, limits::document_bytes) == InputFile::Line::too_long)
     throw InputError(file_.name() + ": line 1", "a longer line", "at most " + in_mebibytes(limits::document_bytes));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "formats/text_file.h"
 #include "scene/tolerances.h"
 #include "tandem/formats/mesh_file.h"
 
@@ -224,6 +225,7 @@ Shape ShapeReader::mesh(const JsonRef& json) {
     const std::pair key((unknown ? path : one_name).string(), solid);
     if (const auto known = mesh_files_.find(key); known != mesh_files_.end()) return known->second;
     try {
+      const InputFile must_be_regular(path, InputFile::Kind::regular);
       return mesh_files_.emplace(key, read_mesh_shape(path, solid)).first->second;
     } catch (const InputError& error) {
       throw error.within(file->pointer());

@@ -23,12 +23,13 @@ InputFile::InputFile(const std::filesystem::path& path, Kind kind)
     : name_(path.string()), descriptor_(-1), owned_(true) {
   // The system would ignore the rest of the name after a zero byte.
   if (name_.find('\0') != std::string::npos) throw InputError(name_, "a zero byte", "a name without one");
-  // Without O_NONBLOCK the system would wait for the writer of a pipe that is then refused.
-  const int waiting = kind == Kind::regular ? O_NONBLOCK : 0;
-  descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | waiting);
+  // Asked before it is opened, which would wait for the writer of a pipe, or release one.
+  struct ::stat known {};
+  if (kind == Kind::regular && ::stat(path.c_str(), &known) == 0) require_regular(known.st_mode);
+  descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0) throw InputError(name_, std::strerror(errno), "a file that can be read");
   try {
-    inspect(kind);
+    inspect();
   } catch (...) {
     ::close(descriptor_);
     throw;
@@ -37,18 +38,22 @@ InputFile::InputFile(const std::filesystem::path& path, Kind kind)
 
 InputFile::InputFile(int descriptor, std::string name)
     : name_(std::move(name)), descriptor_(descriptor), owned_(false) {
-  inspect(Kind::any);
+  inspect();
 }
 
 InputFile::~InputFile() {
   if (owned_) ::close(descriptor_);
 }
 
-void InputFile::inspect(Kind kind) {
+void InputFile::require_regular(unsigned mode) const {
+  if (S_ISDIR(mode)) throw InputError(name_, "a directory", "a file");
+  if (!S_ISREG(mode)) throw InputError(name_, "a pipe or device", "a regular file");
+}
+
+void InputFile::inspect() {
   struct ::stat about {};
   if (::fstat(descriptor_, &about) != 0) throw InputError(name_, std::strerror(errno), "a file that can be read");
   if (S_ISDIR(about.st_mode)) throw InputError(name_, "a directory", "a file");
-  if (kind == Kind::regular && !S_ISREG(about.st_mode)) throw InputError(name_, "a pipe or device", "a regular file");
   // Files of /proc are regular with size 0.
   if (S_ISREG(about.st_mode) && about.st_size > 0) size_ = static_cast<std::uint64_t>(about.st_size);
   buffer_.resize(buffer_bytes);
@@ -134,8 +139,6 @@ InputFile::Line InputFile::line(std::string& line, std::uint64_t most) {
   return line.empty() ? Line::none : Line::read;
 }
 
-std::string read_file(const std::filesystem::path& path, std::uint64_t most, InputFile::Kind kind) {
-  return InputFile(path, kind).rest(most);
-}
+std::string read_file(const std::filesystem::path& path, std::uint64_t most) { return InputFile(path).rest(most); }
 
 }  // namespace tandem

@@ -47,7 +47,8 @@ class InputFile {
   Line line(std::string& line, std::uint64_t most = limits::stream_bytes);
 
  private:
-  void inspect(Kind kind);
+  void require_regular(unsigned mode) const;
+  void inspect();
   /// The bytes in the buffer, filled if it was empty; none at the end.
   std::string_view buffered();
   void take(std::size_t count);
@@ -67,7 +68,6 @@ class InputFile {
 std::string in_mebibytes(std::uint64_t bytes);
 
 /// All of a file, as InputFile::rest.
-std::string read_file(const std::filesystem::path& path, std::uint64_t most = limits::document_bytes,
-                      InputFile::Kind kind = InputFile::Kind::any);
+std::string read_file(const std::filesystem::path& path, std::uint64_t most = limits::document_bytes);
 
 }  // namespace tandem

@@ -146,7 +146,7 @@ class SceneWork final : public StepWork {
   std::size_t bodies() const override { return boxes_.boxes().size(); }
 
   std::size_t keep(std::span<Pair> pairs) const override {
-    const std::size_t kept = options_.predicate ? kept_by(options_.predicate, pairs, bodies()) : pairs.size();
+    const std::size_t kept = options_.predicate ? kept_by(options_.predicate, pairs, *scene_) : pairs.size();
     return has_sphere_ && together_ ? keep_near_spheres(pairs.first(kept)) : kept;
   }
 

@@ -56,15 +56,15 @@ std::unique_ptr<Executor> executor_of(const PipelineOptions& options) {
   return made;
 }
 
-std::size_t kept_by(const PairPredicate& predicate, std::span<Pair> pairs, std::size_t bodies) {
+std::size_t kept_by(const PairPredicate& predicate, std::span<Pair> pairs, const Scene& scene) {
   const std::size_t kept = predicate(pairs);
   if (kept > pairs.size())
-    throw std::invalid_argument("predicate: kept " + std::to_string(kept) + " pairs of " +
-                                std::to_string(pairs.size()));
+    throw std::out_of_range("predicate: kept " + std::to_string(kept) + " pairs of " + std::to_string(pairs.size()));
+  const auto is_body = [&](std::uint32_t index) { return index < scene.indices() && scene.alive(index); };
   for (const auto [a, b] : pairs.first(kept))
-    if (a == b || std::max(a, b) >= bodies)
+    if (a == b || !is_body(a) || !is_body(b))
       throw std::invalid_argument("predicate: kept the pair (" + std::to_string(a) + ", " + std::to_string(b) +
-                                  "), allowed: those that it was given");
+                                  "), allowed: two different bodies of the scene");
   return kept;
 }
 

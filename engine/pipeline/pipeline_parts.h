@@ -26,9 +26,9 @@ std::unique_ptr<BroadPhase> broad_phase_of(const PipelineOptions& options);
 std::unique_ptr<CostModel> costs_of(const PipelineOptions& options);
 std::unique_ptr<Executor> executor_of(const PipelineOptions& options);
 
-/// The number of pairs that the predicate keeps of a batch. Throws unless they are among its first and of two different
-/// bodies below `bodies`: others would be read.
-std::size_t kept_by(const PairPredicate& predicate, std::span<Pair> pairs, std::size_t bodies);
+/// The number of pairs that the predicate keeps of a batch. Throws if they are more, or one is not of two different
+/// bodies of the scene: others would be read.
+std::size_t kept_by(const PairPredicate& predicate, std::span<Pair> pairs, const Scene& scene);
 
 /// Validates the list of a step by a user's broad phase or executor, before anything relies on its order; empties one
 /// that is refused. `bodies`: one past the largest body index.

@@ -15,6 +15,7 @@
 #include "clash/page.h"
 #include "commands.h"
 #include "formats/input_limits.h"
+#include "formats/text_file.h"
 #include "option_text.h"
 #include "progress.h"
 #include "tandem/formats/mesh_file.h"
@@ -44,7 +45,10 @@ std::vector<std::filesystem::path> listed(const std::vector<std::string>& given)
     }
     std::vector<std::filesystem::path> inside;
     for (std::filesystem::directory_iterator at(name, error), end; !error && at != end; at.increment(error))
-      if (is_mesh_file(at->path())) inside.push_back(at->path());
+      if (is_mesh_file(at->path())) {
+        const InputFile must_be_regular(at->path(), InputFile::Kind::regular);
+        inside.push_back(at->path());
+      }
     if (error) throw RequestError("FILES: '" + name + "': " + error.message() + ", allowed: a folder that can be read");
     if (inside.empty())
       throw RequestError("FILES: '" + name + "' has no mesh file, allowed: " + std::string(mesh_extensions));

@@ -10,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "response/contact_solver.h"
 #include "response/exact_sum.h"
@@ -102,8 +103,11 @@ Response::Response(ResponseOptions options) : impl_(std::make_unique<Impl>()) {
   require(is_not_negative(options.rolling_resistance), "rolling_resistance", options.rolling_resistance, not_negative);
   require(is_positive(options.contact_hertz), "contact_hertz", options.contact_hertz, positive);
   require(is_positive(options.contact_damping_ratio), "contact_damping_ratio", options.contact_damping_ratio, positive);
-  require(is_positive(options.max_push_out), "max_push_out", options.max_push_out, positive);
-  require(is_positive(options.max_speed), "max_speed", options.max_speed, positive);
+  for (const auto& [name, speed] :
+       {std::pair("max_push_out", &options.max_push_out), {"max_speed", &options.max_speed}}) {
+    require(std::isfinite(*speed) && *speed > 0, name, *speed, "finite, > 0");
+    *speed = std::min(*speed, tolerance::largest_of_response);
+  }
   impl_->motion.emplace(options.predicate);
   impl_->options = std::move(options);
 }

@@ -69,7 +69,7 @@ void require_grid(const Voxels& voxels) {
     refuse_voxels("cell_size", written(size),
                   "> 0, from " + written(tolerance::shortest_length) + " to " + written(tolerance::longest_length));
   for (int k = 0; k < 3; ++k)
-    if (!(std::abs(voxels.origin[k]) <= size / tolerance::cell_of_origin))
+    if (!(std::abs(voxels.origin[k]) * tolerance::cell_of_origin <= size))
       refuse_voxels("origin[" + std::to_string(k) + "]", written(voxels.origin[k]),
                     "a number up to " + written(size / tolerance::cell_of_origin) + ", so that cells are not rounded");
   if (voxels.cells.empty()) throw std::invalid_argument("voxels: cells is empty; at least one is needed");

@@ -291,9 +291,10 @@ TEST_CASE("groups, masks and a predicate keep pairs away from the narrow phase")
 TEST_CASE("pairs that a predicate makes up, of bodies that there are not or of one body, end the step") {
   Scene scene;
   const ShapeId ball = scene.add_shape(Sphere{1});
-  for (int i = 0; i < 4; ++i) scene.add_body({.shape = ball, .pose = Pose::at(i, 0, 0)});
+  for (int i = 0; i < 5; ++i) scene.add_body({.shape = ball, .pose = Pose::at(i, 0, 0)});
+  scene.remove_body(scene.id(4));
   for (const ExecutorKind kind : executor_kinds)
-    for (const Pair made : {Pair{4, 1}, Pair{1, 4'000'000'000u}, Pair{2, 2}}) {
+    for (const Pair made : {Pair{4, 1}, Pair{5, 1}, Pair{1, 4'000'000'000u}, Pair{2, 2}}) {
       PipelineOptions options{.executor = kind, .threads = 2};
       bool is_on = true;
       options.predicate = [&](std::span<Pair> pairs) {

@@ -335,7 +335,7 @@ TEST_CASE("voxels: bad input is refused by name") {
   const double nan = std::nan("");
   refused({{}, 1}, "cells is empty");
   for (const double size : {0.0, -1.0, nan, infinite, 1e-40, 1e31}) refused({{{{0, 0, 0}, 0}}, size}, "cell_size");
-  for (const double at : {nan, infinite, 1e10, 1e9}) refused({{{{0, 0, 0}, 0}}, 1, Vec3(0, at, 0)}, "origin[1]");
+  for (const double at : {nan, infinite, 1e10}) refused({{{{0, 0, 0}, 0}}, 1, Vec3(0, at, 0)}, "origin[1]");
   refused({{{{0, 0, 0}, 0}, {{0, 0, 1 << 20}, 0}}, 1}, "cells[1]");
   refused({{{{0, -(1 << 20) - 1, 0}, 0}}, 1}, "cells[0]");
   refused({{{{1, 0, 0}, 1}}, 1}, "multiple of 2");

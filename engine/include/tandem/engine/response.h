@@ -8,7 +8,8 @@
 
 namespace tandem {
 
-/// Parameters of a response, none above 1e30. Defaults suit metre-sized rigid bodies at 60 Hz.
+/// Parameters of a response, none above 1e30, but for speeds, of which more counts as that. Defaults suit metre-sized
+/// rigid bodies at 60 Hz.
 struct ResponseOptions {
   int substeps = 4;                   ///< [1, 64]; more makes contacts stiffer
   double friction = 0.5;              ///< Coulomb, >= 0
@@ -40,7 +41,8 @@ double recommended_margin(const Scene& scene);
 /// from the step before. One response a scene. Contacts of bodies that have nothing to do with each other are solved in
 /// parallel; the order of the others follows the contact list, so the motion is the same bits for any executor and any
 /// number of threads. Continuous bodies go as far as ContinuousMotion lets them. A body without weight (a point),
-/// or of less than 1e-100 kg or more than 1e100, stays where it is.
+/// or with a mass (kg) or a moment of inertia (kg m^2) below 1e-80 or above 1e80, stays where it is. Moments of inertia
+/// below 1e-8 of a body's largest count as that much.
 class Response {
  public:
   /// Throws std::invalid_argument that names the option, its value and what is allowed.
