@@ -122,6 +122,11 @@ Survey survey(const std::filesystem::path& path) {
       throw InputError(fmt::format("{}: step {}", path.string(), step.step),
                        fmt::format("{} moving bodies", step.poses.size()),
                        fmt::format("{} as in the first step", out.moving.size()));
+    for (std::size_t i = 0; i < step.poses.size(); ++i)
+      if (step.poses[i].first != out.moving[i])
+        throw InputError(fmt::format("{}: step {}", path.string(), step.step),
+                         fmt::format("body {}", step.poses[i].first),
+                         fmt::format("body {} as in the first step", out.moving[i]));
     for (const auto& [index, pose] : step.poses)
       for (std::size_t k = 0; k < 3; ++k) out.place[k].add(pose.translation[static_cast<Eigen::Index>(k)]);
     for (const RecordedContact& contact : step.contacts) {

@@ -31,6 +31,19 @@ struct Sample {
   double at, value;
 };
 
+/// Microseconds; the sum of two remains finite.
+double time_of(const JsonRef& json) {
+  constexpr double most = 1e18;  // far beyond any clock
+  const double us = json.number();
+  if (!(std::abs(us) <= most)) json.refuse("microseconds, at most 1e18 in size");
+  return us;
+}
+
+double duration_of(const JsonRef& json) {
+  if (!(json.number() >= 0)) json.refuse("a number >= 0");
+  return time_of(json);
+}
+
 /// Tenths of microseconds are enough for a drawing.
 double rounded(double us) { return std::round(10 * us) / 10; }
 
@@ -75,7 +88,7 @@ Json trace_steps(const JsonRef& document, const std::string& file) {
       const JsonRef args = event.at("args");
       Step& step = steps[args.at("step").whole(0xffffffffu)];
       const Thread thread(event.at("pid").whole(0xffffffffu), event.at("tid").whole(65535));
-      const Slice slice{thread, event.at("name").text(), event.at("ts").number(), event.at("dur").number_at_least(0),
+      const Slice slice{thread, event.at("name").text(), time_of(event.at("ts")), duration_of(event.at("dur")),
                         args.at("pairs").whole(0xffffffffu)};
       step.begin = std::min(step.begin, slice.begin);
       step.end = std::max(step.end, slice.begin + slice.duration);
@@ -86,9 +99,9 @@ Json trace_steps(const JsonRef& document, const std::string& file) {
       processes[event.at("pid").whole(0xffffffffu)] = args.at("name").text();
     } else if (phase == "C" && event.at("name").text() == "queue") {
       const JsonRef args = event.at("args");
-      queue.push_back({event.at("ts").number(), args.at("value").number()});
+      queue.push_back({time_of(event.at("ts")), args.at("value").number()});
     } else if (phase == "i") {
-      notes.emplace_back(event.at("ts").number(), event.at("name").text());
+      notes.emplace_back(time_of(event.at("ts")), event.at("name").text());
     }
   }
   if (steps.empty()) events.refuse("slices of at least one step");

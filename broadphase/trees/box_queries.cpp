@@ -2,6 +2,7 @@
 #include "tandem/broadphase/box_queries.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -14,9 +15,10 @@ namespace tandem {
 namespace {
 
 void require(bool right, const char* what, double value, const char* allowed) {
-  if (!right)
-    throw std::invalid_argument("box query: " + std::string(what) + " is " + std::to_string(value) +
-                                ", allowed: " + allowed);
+  if (right) return;
+  char text[32];
+  const std::string found(text, std::to_chars(text, text + sizeof text, value).ptr);
+  throw std::invalid_argument("box query: " + std::string(what) + " is " + found + ", allowed: " + allowed);
 }
 
 void run_blocks(const BlockRunner& runner, std::size_t blocks, const std::function<void(std::size_t)>& block) {
@@ -28,17 +30,19 @@ void run_blocks(const BlockRunner& runner, std::size_t blocks, const std::functi
 /// rounds monotonically, so a ray that hits a box hits every box that contains it.
 class Slabs {
  public:
-  explicit Slabs(const Ray& ray) : origin_(ray.origin), t_max_(ray.t_max) {
-    bool some = false;
+  explicit Slabs(const Ray& ray) : origin_(ray.origin) {
+    double largest = 0;
     for (std::size_t k = 0; k < 3; ++k) {
       require(std::isfinite(ray.origin[k]), "origin", ray.origin[k], "finite numbers");
       require(std::isfinite(ray.direction[k]), "direction", ray.direction[k], "finite numbers");
+      largest = std::max(largest, std::abs(ray.direction[k]));
       inverse_[k] = 1 / ray.direction[k];
       across_[k] = std::isinf(inverse_[k]);
-      some = some || !across_[k];
     }
-    require(some, "direction", 0, "a vector that is not zero");
+    require(std::isfinite(1 / largest), "the largest component of direction", largest, "one whose inverse is finite");
     require(ray.t_max >= 0, "t_max", ray.t_max, ">= 0");
+    // A box beyond the largest double is not hit: all such boxes would have the same t.
+    t_max_ = std::min(ray.t_max, std::numeric_limits<double>::max());
   }
 
   /// The t of entry; negative if the ray misses the box.
@@ -59,8 +63,11 @@ class Slabs {
  private:
   std::array<double, 3> origin_, inverse_{};
   std::array<bool, 3> across_{};
-  double t_max_;
+  double t_max_ = 0;
 };
+
+/// Components of points up to which the squares of distances to boxes are finite.
+constexpr double farthest_point = 1e150;
 
 double squared_distance(const std::array<double, 3>& point, const Aabb& box) {
   double sum = 0;
@@ -337,7 +344,7 @@ void BoxQueries::along(const Ray& ray, std::vector<RayHit>& out) const {
 // Best-first search (Hjaltason and Samet, "Distance browsing in spatial databases", 1999): the heap's nearest node or
 // box is opened next, and only what is farther than the k best known is left out.
 void BoxQueries::nearest(const std::array<double, 3>& point, std::size_t k, std::vector<Neighbour>& out) const {
-  for (const double x : point) require(std::isfinite(x), "point", x, "finite numbers");
+  for (const double x : point) require(std::abs(x) <= farthest_point, "point", x, "numbers of at most 1e150 in size");
   const BoxTree& tree = impl_->tree;
   if (tree.height() == 0 || k == 0) return;
   struct Open {

@@ -73,6 +73,13 @@ GltfList::GltfList(const JsonRef& document, std::string_view name) : name_(name)
   if (array_) array_->require_array("an array of objects");
 }
 
+JsonRef GltfList::at(std::size_t i) const& {
+  const JsonRef object = array_->at(i);
+  if (object.size() > limits::gltf_members)
+    object.refuse(std::to_string(object.size()) + " members", "at most " + std::to_string(limits::gltf_members));
+  return object;
+}
+
 std::uint32_t GltfList::place(const JsonRef& index) const {
   if (size() == 0) index.refuse("none: there is no /" + std::string(name_));
   return index.whole(static_cast<std::uint32_t>(size() - 1));
@@ -150,7 +157,7 @@ std::string GltfBuffers::loaded(const JsonRef& uri, std::uint32_t bytes) const {
   if (!name || name->find(':') != std::string::npos || std::filesystem::path(*name).is_absolute())
     uri.refuse("the name of a file relative to this one, or data:...;base64,...");
   try {
-    InputFile file(folder_ / *name);
+    InputFile file(folder_ / *name, InputFile::Kind::regular);
     if (file.size().value_or(0) < bytes)
       throw InputError(file.name(), std::to_string(file.size().value_or(0)) + " bytes",
                        "a file of " + std::to_string(bytes) + " and more");

@@ -16,7 +16,8 @@ class GltfList {
   /// `document` must outlive it.
   GltfList(const JsonRef& document, std::string_view name);
   std::size_t size() const { return array_ ? array_->size() : 0; }
-  JsonRef at(std::size_t i) const& { return array_->at(i); }
+  /// Throws InputError for an object of more than limits::gltf_members members.
+  JsonRef at(std::size_t i) const&;
   JsonRef at(std::size_t i) && = delete;
   /// The index that a value holds. Throws InputError if it is out of range.
   std::uint32_t place(const JsonRef& index) const;

@@ -61,6 +61,29 @@ Placement placement_of(const JsonRef& node) {
   return out;
 }
 
+constexpr std::uint32_t first_of_triangles = 4, strip = 5, fan = 6;  // modes of primitives
+
+/// A primitive of a mesh, triangles in one of the three modes.
+struct Primitive {
+  std::size_t place;  // in the mesh's list
+  std::uint32_t mode;
+  GltfNumbers points;
+  std::optional<GltfNumbers> indices;
+
+  std::uint32_t corners() const { return indices ? indices->count : points.count; }
+};
+
+struct GltfMesh {
+  std::vector<Primitive> primitives;
+  std::uint64_t corners = 0;
+};
+
+/// A node's mesh and where it is.
+struct Use {
+  std::uint32_t mesh;
+  Placement placement;
+};
+
 std::uint32_t index_at(const GltfNumbers& indices, std::uint32_t i) {
   const char* at = indices.element(i);
   return indices.component == 5121   ? little_endian<std::uint8_t>(at)
@@ -75,7 +98,8 @@ class GltfReader {
         scenes_(document, "scenes"),
         nodes_(document, "nodes"),
         meshes_(document, "meshes"),
-        buffers_(document, binary, folder) {}
+        buffers_(document, binary, folder),
+        meshes_read_(meshes_.size()) {}
 
   Mesh read() {
     require_known();
@@ -96,9 +120,12 @@ class GltfReader {
       if (seen[at]) node.refuse("a node in two places", "a tree");
       seen[at] = true;
       const Placement placement = parent * placement_of(node);
-      if (const auto mesh = node.find("mesh")) add_mesh(node, *mesh, placement);
+      if (const auto mesh = node.find("mesh")) use(node, *mesh, placement);
       if (const auto children = node.find("children")) push(places(*children), placement);
     }
+    for (const Use& its : uses_)
+      for (const Primitive& primitive : meshes_read_[its.mesh]->primitives)
+        if (primitive.corners() > 0) add_primitive(its.mesh, primitive, its.placement);
     if (mesh_.triangles.empty()) document_.refuse("no triangles", "a scene with a mesh of triangles");
     return std::move(mesh_);
   }
@@ -148,38 +175,59 @@ class GltfReader {
     return out;
   }
 
-  void add_mesh(const JsonRef& node, const JsonRef& index, const Placement& placement) {
+  /// Notes that a node has a mesh. Corners are counted before any is added, and apart from the triangles, since strips
+  /// turn by triangles that are left out.
+  void use(const JsonRef& node, const JsonRef& index, const Placement& placement) {
     if (const auto skin = node.find("skin")) skin->refuse("a skin", "nodes without a skin");
-    const JsonRef mesh = meshes_.at(meshes_.place(index));
-    const JsonRef primitives = mesh.at("primitives");
-    primitives.require_array("an array of primitives");
-    for (std::size_t i = 0; i < primitives.size(); ++i) {
-      const JsonRef primitive = primitives.at(i);
-      add_primitive(primitive, placement);
-    }
+    const std::uint32_t place = meshes_.place(index);
+    if (!meshes_read_[place]) meshes_read_[place] = read_mesh(place);
+    corners_ += meshes_read_[place]->corners;
+    primitives_ += meshes_read_[place]->primitives.size();
+    if (std::max(corners_, primitives_) > limits::mesh_vertices)
+      node.refuse("one more use of a mesh", "at most " + std::to_string(limits::mesh_vertices) + " corners in all");
+    uses_.push_back({place, placement});
   }
 
-  /// Adds the triangles of a primitive; points and lines have no surface and are skipped.
-  void add_primitive(const JsonRef& primitive, const Placement& placement) {
-    constexpr std::uint32_t first_of_triangles = 4, strip = 5, fan = 6;
-    const auto mode_json = primitive.find("mode");
-    const std::uint32_t mode = mode_json ? mode_json->whole(fan) : first_of_triangles;
-    const JsonRef attributes = primitive.at("attributes");
-    const auto position = attributes.find("POSITION");
-    if (mode < first_of_triangles || !position) return;
-    const GltfNumbers points = buffers_.numbers(*position, "VEC3", 3);
-    if (points.component != 5126) position->refuse("positions that are no floats", "componentType 5126");
-    std::optional<GltfNumbers> indices;
-    if (const auto index = primitive.find("indices")) {
-      indices = buffers_.numbers(*index, "SCALAR", 1);
-      if (indices->component == 5126) index->refuse("indices that are floats", "whole numbers");
+  /// The triangles of a mesh. Points and lines have no surface and are skipped.
+  GltfMesh read_mesh(std::uint32_t place) {
+    const JsonRef mesh = meshes_.at(place), primitives = mesh.at("primitives");
+    primitives.require_array("an array of primitives");
+    GltfMesh out;
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+      const JsonRef json = primitives.at(i), attributes = json.at("attributes");
+      const auto mode = json.find("mode");
+      Primitive primitive{i, mode ? mode->whole(fan) : first_of_triangles, {}, {}};
+      const auto position = attributes.find("POSITION");
+      if (primitive.mode < first_of_triangles || !position) continue;
+      primitive.points = buffers_.numbers(*position, "VEC3", 3);
+      if (primitive.points.component != 5126) position->refuse("positions that are no floats", "componentType 5126");
+      if (const auto index = json.find("indices")) {
+        primitive.indices = buffers_.numbers(*index, "SCALAR", 1);
+        if (primitive.indices->component == 5126) index->refuse("indices that are floats", "whole numbers");
+      }
+      const std::uint32_t count = primitive.corners();
+      if (primitive.mode == first_of_triangles && count % 3 != 0)
+        json.refuse(std::to_string(count) + " corners of triangles", "three a triangle");
+      out.primitives.push_back(primitive);
+      out.corners += count;
     }
-    const auto fail = [&](std::string_view found, std::string_view allowed) { primitive.refuse(found, allowed); };
-    const std::uint32_t count = indices ? indices->count : points.count;
-    if (mode == first_of_triangles && count % 3 != 0)
-      fail(std::to_string(count) + " corners of triangles", "three a triangle");
+    return out;
+  }
+
+  [[noreturn]] void refuse_primitive(std::uint32_t place, std::size_t i, std::string_view found,
+                                     std::string_view allowed) const {
+    const JsonRef mesh = meshes_.at(place), primitives = mesh.at("primitives"), primitive = primitives.at(i);
+    primitive.refuse(found, allowed);
+  }
+
+  void add_primitive(std::uint32_t place, const Primitive& primitive, const Placement& placement) {
+    const auto fail = [&](std::string_view found, std::string_view allowed) {
+      refuse_primitive(place, primitive.place, found, allowed);
+    };
+    const std::uint32_t mode = primitive.mode, count = primitive.corners();
+    const GltfNumbers& points = primitive.points;
     const auto corner = [&](std::uint32_t i) {
-      const std::uint32_t at = indices ? index_at(*indices, i) : i;
+      const std::uint32_t at = primitive.indices ? index_at(*primitive.indices, i) : i;
       if (at >= points.count) fail("vertex " + std::to_string(at), "0 up to below " + std::to_string(points.count));
       return welder_.add(placed(points.element(at), placement, fail), fail);
     };
@@ -209,6 +257,9 @@ class GltfReader {
   const JsonRef& document_;
   GltfList scenes_, nodes_, meshes_;
   GltfBuffers buffers_;
+  std::vector<std::optional<GltfMesh>> meshes_read_;  // each at its first use
+  std::vector<Use> uses_;
+  std::uint64_t corners_ = 0, primitives_ = 0;  // of all uses
   Mesh mesh_;
   Welder welder_{mesh_};
 };

@@ -37,8 +37,12 @@ inline constexpr std::size_t json_values = std::size_t{1} << 26;
 /// mesh many times.
 inline constexpr std::size_t mesh_triangles = std::size_t{1} << 27;
 
-/// Vertices of a mesh file: three for each triangle.
+/// Vertices of a mesh file: three for each triangle. Also the corners of all uses of a glTF file's meshes, together.
 inline constexpr std::size_t mesh_vertices = 3 * mesh_triangles;
+
+/// Members of an object in the lists of a glTF file, which one after the other are compared with a name; the format has
+/// some twenty for each kind. Many others may refer to one.
+inline constexpr std::size_t gltf_members = 1000;
 
 /// Components of velocities (m/s, rad/s) and of gravity (m/s^2) in a scene file, so that the numbers of a simulation
 /// remain finite.

@@ -36,7 +36,7 @@ class ObjFaces {
     for (const auto& [index, line] : later_)
       if (index >= vertices)
         throw InputError(file + ':' + std::to_string(line), "vertex " + std::to_string(std::uint64_t{index} + 1),
-                         "1 to " + std::to_string(vertices));
+                         vertices == 0 ? "none: there are no vertices" : "1 to " + std::to_string(vertices));
   }
 
  private:

@@ -7,18 +7,33 @@
 #include <cerrno>
 #include <cstring>
 
+#include "formats/input_error.h"
+#include "formats/input_limits.h"
+
 namespace tandem {
 namespace {
 
 namespace fs = std::filesystem;
 
-std::string shown(std::string_view option, const fs::path& path) { return std::string(option) + ' ' + path.string(); }
+// Half a message, so that the reason behind it is not cut off.
+std::string shown(std::string_view option, const fs::path& path) {
+  return shortened(std::string(option) + ' ' + on_one_line(path.string()), limits::message_bytes / 2);
+}
 
 // The absolute path of the file that a path names, whether or not it exists.
 fs::path resolved(const fs::path& path) {
   std::error_code error;
-  const fs::path known = fs::weakly_canonical(fs::absolute(path), error);
+  const fs::path whole = fs::absolute(path, error);
+  if (error) return path;
+  const fs::path known = fs::weakly_canonical(whole, error);
   return error ? path : known;
+}
+
+// The system would ignore the rest of the name after a zero byte.
+const fs::path& named(const fs::path& path, const std::string& what) {
+  if (path.empty() || path.string().find('\0') != std::string::npos)
+    throw std::invalid_argument(what + (path.empty() ? ": no name" : ": a zero byte") + ", allowed: a file's name");
+  return path;
 }
 
 int open_for_writing(const fs::path& path, const std::string& what) {
@@ -74,7 +89,7 @@ std::streamsize DescriptorBuffer::xsputn(const char* bytes, std::streamsize coun
 
 OutputFile::OutputFile(std::string_view option, const fs::path& path)
     : what_(shown(option, path)),
-      target_(resolved(path)),
+      target_(resolved(named(path, what_))),
       temporary_(temporary_for(target_, what_)),
       descriptor_(open_for_writing(temporary_.empty() ? target_ : temporary_, what_)),
       buffer_(descriptor_, what_),

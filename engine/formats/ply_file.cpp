@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -85,10 +86,10 @@ Property read_property(Words& words, const Element& element) {
   return property;
 }
 
-Element read_element(Words& words, const Header& header) {
+Element read_element(Words& words, std::set<std::string>& known) {
   Element element;
   element.name = words.next_of_line();
-  if (header.find(element.name) != nullptr) words.fail(element.name, "each element once");
+  if (!known.insert(element.name).second) words.fail(element.name, "each element once");
   const std::int64_t count = words.whole(words.next_of_line());
   if (count < 0) words.fail(std::to_string(count), "a number of elements");
   element.count = static_cast<std::uint64_t>(count);
@@ -97,6 +98,7 @@ Element read_element(Words& words, const Header& header) {
 
 Header read_header(Words& words) {
   Header header;
+  std::set<std::string> known;  // the elements' names
   if (const std::string_view first = words.next_of_line(); first != "ply") words.fail(first, "ply");
   while (words.next_line()) {
     const std::string_view keyword = words.next_of_line();
@@ -110,7 +112,7 @@ Header read_header(Words& words) {
       if (header.format != "ascii" && header.format != "binary_little_endian" && header.format != "binary_big_endian")
         words.fail(header.format, "ascii, binary_little_endian, binary_big_endian");
     } else if (keyword == "element") {
-      header.elements.push_back(read_element(words, header));
+      header.elements.push_back(read_element(words, known));
     } else if (keyword == "property") {
       if (header.elements.empty()) words.fail(keyword, "element before it");
       header.elements.back().properties.push_back(read_property(words, header.elements.back()));

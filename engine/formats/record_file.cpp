@@ -124,8 +124,8 @@ void RecordWriter::step(std::uint64_t step, std::uint64_t contact_hash, const Sc
   file_.append(block_);
 }
 
-RecordReader::RecordReader(const std::filesystem::path& path) : file_(path) {
-  if (!file_.size()) throw InputError(file_.name(), "empty, a pipe or a device", "a file that can be read twice");
+RecordReader::RecordReader(const std::filesystem::path& path) : file_(path, InputFile::Kind::regular) {
+  if (!file_.size()) throw InputError(file_.name(), "a file of size 0", "a recording");
   std::string line;
   if (file_.line(line, limits::document_bytes) == InputFile::Line::too_long)
     throw InputError(file_.name() + ": line 1", "a longer line", "at most " + in_mebibytes(limits::document_bytes));
@@ -179,6 +179,9 @@ bool RecordReader::next(RecordedStep& step) {
   step.poses.clear();
   for (std::uint32_t i = 0; i < moving; ++i, at += record::pose_bytes) {
     const std::uint32_t index = body(poses, at);
+    if (i > 0 && index <= step.poses.back().first)
+      refuse(at, "body " + std::to_string(index) + " after body " + std::to_string(step.poses.back().first),
+             "each body once, by their numbers");
     Pose pose;
     for (double& x : pose.translation) x = poses.next<double>();
     for (Eigen::Index row = 0; row < 3; ++row)

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <functional>
 
+#include "formats/text_file.h"
 #include "scene/tolerances.h"
 #include "tandem/formats/mesh_file.h"
 
@@ -78,7 +79,7 @@ VoxelCell voxel_cell(const JsonRef& json) {
   VoxelCell cell;
   for (std::size_t k = 0; k < 3; ++k) {
     const double at = json.at(k).number();
-    if (at != std::floor(at) || std::abs(at) > most) json.at(k).refuse("a whole number from -2^20 to 2^20");
+    if (at != std::floor(at) || std::abs(at) > most) json.at(k).refuse("a whole number from -2^20 to 2^20 - 1");
     cell.corner[k] = static_cast<std::int32_t>(at);
   }
   if (json.size() == 4) cell.level = static_cast<std::uint8_t>(json.at(3).whole(20));
@@ -224,6 +225,7 @@ Shape ShapeReader::mesh(const JsonRef& json) {
     const std::pair key((unknown ? path : one_name).string(), solid);
     if (const auto known = mesh_files_.find(key); known != mesh_files_.end()) return known->second;
     try {
+      const InputFile must_be_regular(path, InputFile::Kind::regular);
       return mesh_files_.emplace(key, read_mesh_shape(path, solid)).first->second;
     } catch (const InputError& error) {
       throw error.within(file->pointer());
@@ -249,7 +251,13 @@ Shape ShapeReader::mesh(const JsonRef& json) {
 Shape ShapeReader::read(const JsonRef& json) {
   const Shape core = read_core(json);
   const auto rounding = json.find("rounding");
-  return rounding ? core.rounded(rounding->number_at_least(0)) : core;
+  if (!rounding) return core;
+  const double radius = rounding->number_at_least(0);
+  try {
+    return core.rounded(radius);
+  } catch (const std::invalid_argument& error) {
+    json.refuse(error.what(), {});
+  }
 }
 
 Shape ShapeReader::read_core(const JsonRef& json) {

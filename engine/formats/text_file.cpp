@@ -19,9 +19,13 @@ constexpr std::size_t buffer_bytes = std::size_t{1} << 16;
 
 std::string in_mebibytes(std::uint64_t bytes) { return std::to_string(bytes / limits::mebibyte) + " MiB"; }
 
-InputFile::InputFile(const std::filesystem::path& path) : name_(path.string()), descriptor_(-1), owned_(true) {
+InputFile::InputFile(const std::filesystem::path& path, Kind kind)
+    : name_(path.string()), descriptor_(-1), owned_(true) {
   // The system would ignore the rest of the name after a zero byte.
   if (name_.find('\0') != std::string::npos) throw InputError(name_, "a zero byte", "a name without one");
+  // Asked before it is opened, which would wait for the writer of a pipe, or release one.
+  struct ::stat known {};
+  if (kind == Kind::regular && ::stat(path.c_str(), &known) == 0) require_regular(known.st_mode);
   descriptor_ = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0) throw InputError(name_, std::strerror(errno), "a file that can be read");
   try {
@@ -39,6 +43,11 @@ InputFile::InputFile(int descriptor, std::string name)
 
 InputFile::~InputFile() {
   if (owned_) ::close(descriptor_);
+}
+
+void InputFile::require_regular(unsigned mode) const {
+  if (S_ISDIR(mode)) throw InputError(name_, "a directory", "a file");
+  if (!S_ISREG(mode)) throw InputError(name_, "a pipe or device", "a regular file");
 }
 
 void InputFile::inspect() {

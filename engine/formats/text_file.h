@@ -16,8 +16,11 @@ namespace tandem {
 /// avoid, are std::runtime_error.
 class InputFile {
  public:
-  /// Opens a file. Throws InputError "PATH: reason" if it is missing, a directory or not readable.
-  explicit InputFile(const std::filesystem::path& path);
+  /// What may be opened. A pipe that nobody writes to is waited for, unless only regular files are allowed: these are
+  /// what a file names, since whoever reads a scene or a record need not know what it refers to.
+  enum class Kind { any, regular };
+  /// Opens a file. Throws InputError "PATH: reason" if it is missing, a directory, of another kind or not readable.
+  explicit InputFile(const std::filesystem::path& path, Kind kind = Kind::any);
   /// Reads from an open descriptor, which stays open; `name`: such as "stdin".
   InputFile(int descriptor, std::string name);
   ~InputFile();
@@ -44,6 +47,7 @@ class InputFile {
   Line line(std::string& line, std::uint64_t most = limits::stream_bytes);
 
  private:
+  void require_regular(unsigned mode) const;
   void inspect();
   /// The bytes in the buffer, filled if it was empty; none at the end.
   std::string_view buffered();

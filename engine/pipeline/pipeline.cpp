@@ -146,10 +146,7 @@ class SceneWork final : public StepWork {
   std::size_t bodies() const override { return boxes_.boxes().size(); }
 
   std::size_t keep(std::span<Pair> pairs) const override {
-    std::size_t kept = pairs.size();
-    if (options_.predicate) kept = options_.predicate(pairs);
-    if (kept > pairs.size())
-      throw std::out_of_range("predicate: kept " + std::to_string(kept) + " pairs of " + std::to_string(pairs.size()));
+    const std::size_t kept = options_.predicate ? kept_by(options_.predicate, pairs, *scene_) : pairs.size();
     return has_sphere_ && together_ ? keep_near_spheres(pairs.first(kept)) : kept;
   }
 

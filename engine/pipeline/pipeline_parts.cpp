@@ -2,6 +2,7 @@
 #include "pipeline/pipeline_parts.h"
 
 #include <algorithm>
+#include <charconv>
 #include <functional>
 #include <iterator>
 #include <stdexcept>
@@ -19,9 +20,11 @@ PipelineOptions checked(PipelineOptions options) {
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument(std::string("answer.") + error.what());
   }
-  if (!(answer.keep_contacts >= 0 && answer.keep_contacts <= 0.1))
-    throw std::invalid_argument("answer.keep_contacts: " + std::to_string(answer.keep_contacts) +
-                                " is not in [0, 0.1]");
+  if (!(answer.keep_contacts >= 0 && answer.keep_contacts <= 0.1)) {
+    char text[32];
+    const std::string found(text, std::to_chars(text, text + sizeof text, answer.keep_contacts).ptr);
+    throw std::invalid_argument("answer.keep_contacts: " + found + " is not in [0, 0.1]");
+  }
   return options;
 }
 
@@ -51,6 +54,18 @@ std::unique_ptr<Executor> executor_of(const PipelineOptions& options) {
   made = options.own_executor(wanted);
   if (made == nullptr) throw std::invalid_argument("own_executor: made none, allowed: an executor");
   return made;
+}
+
+std::size_t kept_by(const PairPredicate& predicate, std::span<Pair> pairs, const Scene& scene) {
+  const std::size_t kept = predicate(pairs);
+  if (kept > pairs.size())
+    throw std::out_of_range("predicate: kept " + std::to_string(kept) + " pairs of " + std::to_string(pairs.size()));
+  const auto is_body = [&](std::uint32_t index) { return index < scene.indices() && scene.alive(index); };
+  for (const auto [a, b] : pairs.first(kept))
+    if (a == b || !is_body(a) || !is_body(b))
+      throw std::invalid_argument("predicate: kept the pair (" + std::to_string(a) + ", " + std::to_string(b) +
+                                  "), allowed: two different bodies of the scene");
+  return kept;
 }
 
 void require_canonical(const PipelineOptions& options, std::size_t bodies, ContactList& contacts) {

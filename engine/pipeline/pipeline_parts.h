@@ -2,6 +2,7 @@
 #pragma once
 #include <cstddef>
 #include <memory>
+#include <span>
 
 #include "tandem/broadphase/broad_phase.h"
 #include "tandem/engine/cost_model.h"
@@ -24,6 +25,10 @@ std::unique_ptr<BroadPhase> broad_phase_of(const PipelineOptions& options);
 /// Null: pairs' costs are estimated from the last step.
 std::unique_ptr<CostModel> costs_of(const PipelineOptions& options);
 std::unique_ptr<Executor> executor_of(const PipelineOptions& options);
+
+/// The number of pairs that the predicate keeps of a batch. Throws if they are more, or one is not of two different
+/// bodies of the scene: others would be read.
+std::size_t kept_by(const PairPredicate& predicate, std::span<Pair> pairs, const Scene& scene);
 
 /// Validates the list of a step by a user's broad phase or executor, before anything relies on its order; empties one
 /// that is refused. `bodies`: one past the largest body index.

@@ -15,6 +15,7 @@
 #include "clash/page.h"
 #include "commands.h"
 #include "formats/input_limits.h"
+#include "formats/text_file.h"
 #include "option_text.h"
 #include "progress.h"
 #include "tandem/formats/mesh_file.h"
@@ -35,14 +36,20 @@ struct Options {
 std::vector<std::filesystem::path> listed(const std::vector<std::string>& given) {
   std::vector<std::filesystem::path> out;
   for (const std::string& name : given) {
-    if (!std::filesystem::is_directory(name)) {
-      if (!std::filesystem::exists(name)) throw RequestError("FILES: there is no file or folder '" + name + "'");
+    std::error_code error;
+    if (!std::filesystem::is_directory(name, error)) {
+      if (!std::filesystem::exists(name, error))
+        throw RequestError("FILES: there is no file or folder '" + name + "'" + (error ? ": " + error.message() : ""));
       out.emplace_back(name);
       continue;
     }
     std::vector<std::filesystem::path> inside;
-    for (const auto& entry : std::filesystem::directory_iterator(name))
-      if (is_mesh_file(entry.path())) inside.push_back(entry.path());
+    for (std::filesystem::directory_iterator at(name, error), end; !error && at != end; at.increment(error))
+      if (is_mesh_file(at->path())) {
+        const InputFile must_be_regular(at->path(), InputFile::Kind::regular);
+        inside.push_back(at->path());
+      }
+    if (error) throw RequestError("FILES: '" + name + "': " + error.message() + ", allowed: a folder that can be read");
     if (inside.empty())
       throw RequestError("FILES: '" + name + "' has no mesh file, allowed: " + std::string(mesh_extensions));
     std::sort(inside.begin(), inside.end());

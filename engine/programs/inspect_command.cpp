@@ -5,6 +5,7 @@
 #include "commands.h"
 #include "formats/json_writer.h"
 #include "option_text.h"
+#include "tandem/formats/input_error.h"
 #include "tandem/formats/mesh_file.h"
 #include "tandem/narrowphase/inspection.h"
 
@@ -124,6 +125,15 @@ std::string as_text(const std::string& file, const MeshInspection& found) {
   return out.str();
 }
 
+MeshInspection inspected(const std::string& file, const InspectionOptions& how) {
+  const Mesh mesh = read_mesh_file(file);
+  try {
+    return inspect(mesh, how);
+  } catch (const std::invalid_argument& error) {
+    throw InputError(file, error.what());
+  }
+}
+
 }  // namespace
 
 void add_inspect_command(CLI::App& program, DescriptorBuffer& out, int& status) {
@@ -142,7 +152,7 @@ void add_inspect_command(CLI::App& program, DescriptorBuffer& out, int& status) 
     InspectionOptions how;
     how.most = whole_option("--most", options->most, 0, 1'000'000);
     for (const std::string& file : options->files) {
-      const MeshInspection found = inspect(read_mesh_file(file), how);
+      const MeshInspection found = inspected(file, how);
       out.append(options->json ? as_json(file, found) : as_text(file, found));
     }
     status = 0;

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "response/parallel_blocks.h"
+#include "scene/tolerances.h"
 
 namespace tandem {
 namespace {
@@ -243,7 +244,7 @@ void ContactSolver::keep_impulse(Point& point, Point& before) {
 }
 
 void ContactSolver::begin_substeps(double h, const ResponseOptions& options) {
-  inverse_h_ = 1 / h;
+  inverse_h_ = std::min(1 / h, tolerance::largest_of_response);  // times a gap it remains finite
   const double omega = 2 * std::numbers::pi * std::min(options.contact_hertz, 0.25 * inverse_h_);
   const double a1 = 2 * options.contact_damping_ratio + h * omega;
   const double a2 = h * omega * a1;

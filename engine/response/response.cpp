@@ -10,6 +10,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "response/contact_solver.h"
 #include "response/exact_sum.h"
@@ -30,8 +31,10 @@ void require(bool allowed, const char* field, double value, const char* range) {
   throw std::invalid_argument(message.str());
 }
 
-bool is_positive(double x) { return std::isfinite(x) && x > 0; }
-bool is_not_negative(double x) { return std::isfinite(x) && x >= 0; }
+constexpr const char* positive = "> 0, at most 1e30";
+constexpr const char* not_negative = ">= 0, at most 1e30";
+bool is_positive(double x) { return x > 0 && x <= tolerance::largest_of_response; }
+bool is_not_negative(double x) { return x >= 0 && x <= tolerance::largest_of_response; }
 
 }  // namespace
 
@@ -96,14 +99,15 @@ double recommended_margin(const Scene& scene) {
 Response::Response(ResponseOptions options) : impl_(std::make_unique<Impl>()) {
   require(options.threads >= 0 && options.threads <= 1024, "threads", options.threads, "0 (ask the runtime) to 1024");
   require(options.substeps >= 1 && options.substeps <= 64, "substeps", options.substeps, "1 to 64");
-  require(is_not_negative(options.friction), "friction", options.friction, "finite, >= 0");
-  require(is_not_negative(options.rolling_resistance), "rolling_resistance", options.rolling_resistance,
-          "finite, >= 0");
-  require(is_positive(options.contact_hertz), "contact_hertz", options.contact_hertz, "finite, > 0");
-  require(is_positive(options.contact_damping_ratio), "contact_damping_ratio", options.contact_damping_ratio,
-          "finite, > 0");
-  require(is_positive(options.max_push_out), "max_push_out", options.max_push_out, "finite, > 0");
-  require(is_positive(options.max_speed), "max_speed", options.max_speed, "finite, > 0");
+  require(is_not_negative(options.friction), "friction", options.friction, not_negative);
+  require(is_not_negative(options.rolling_resistance), "rolling_resistance", options.rolling_resistance, not_negative);
+  require(is_positive(options.contact_hertz), "contact_hertz", options.contact_hertz, positive);
+  require(is_positive(options.contact_damping_ratio), "contact_damping_ratio", options.contact_damping_ratio, positive);
+  for (const auto& [name, speed] :
+       {std::pair("max_push_out", &options.max_push_out), {"max_speed", &options.max_speed}}) {
+    require(std::isfinite(*speed) && *speed > 0, name, *speed, "finite, > 0");
+    *speed = std::min(*speed, tolerance::largest_of_response);
+  }
   impl_->motion.emplace(options.predicate);
   impl_->options = std::move(options);
 }
@@ -134,7 +138,8 @@ ResponseReport Response::Impl::step(Scene& scene, const ContactList& contacts) {
 ResponseReport Response::step(Scene& scene, const ContactList& contacts) {
   const auto start = std::chrono::steady_clock::now();
   require(scene.dt > 0 && scene.dt <= tolerance::longest_time_step, "dt", scene.dt, tolerance::time_step_range);
-  require(scene.gravity.allFinite(), "gravity", scene.gravity.norm(), "finite");
+  for (const double g : scene.gravity)
+    require(std::abs(g) <= tolerance::largest_of_response, "gravity", g, "components of at most 1e30 m/s^2 in size");
   require_contacts_of(scene, contacts, "response");
   Impl& own = *impl_;
   const int threads = own.options.threads;

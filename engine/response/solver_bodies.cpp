@@ -1,6 +1,8 @@
 // The bodies of a step of the response: masses, velocities and poses.
 #include "response/solver_bodies.h"
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <span>
@@ -11,6 +13,7 @@
 namespace tandem {
 namespace {
 
+/// Of a mass, or of the inverse of a moment of inertia.
 bool is_mass(double x) { return x >= tolerance::lightest_mass && x <= tolerance::heaviest_mass; }
 
 void limit(Vec3& v, double most) {
@@ -18,13 +21,25 @@ void limit(Vec3& v, double most) {
 }
 
 /// The largest angular velocity: beyond an eighth of a turn in a time step a direction of rotation means little.
-double fastest_turn(double time_step) { return std::numbers::pi / 4 / time_step; }
+double fastest_turn(double time_step) {
+  return std::min(std::numbers::pi / 4 / time_step, tolerance::largest_of_response);
+}
 
 /// Rotates to first order, then normalises; good for a few tenths of a radian.
 void turn(Quat& orientation, const Vec3& rotation) {
   const Quat rate(0, rotation.x(), rotation.y(), rotation.z());
   orientation.coeffs() += 0.5 * (rate * orientation).coeffs();
   orientation.normalize();
+}
+
+/// The moments of inertia of a shape, none less than a share of the largest: the inverse of a needle's, in axes of the
+/// world, is lost in rounding.
+Mat3 rounded_up(const Mat3& inertia) {
+  const Eigen::SelfAdjointEigenSolver<Mat3> principal(inertia);
+  const Vec3 moments = principal.eigenvalues();  // ascending
+  const double least = tolerance::least_moment * moments[2];
+  if (!(moments[0] < least)) return inertia;
+  return principal.eigenvectors() * moments.cwiseMax(least).asDiagonal() * principal.eigenvectors().transpose();
 }
 
 /// A radius for any body; for a ball its own.
@@ -53,7 +68,8 @@ void SolverBodies::learn_shapes(const Scene& scene) {
   shapes_.clear();
   for (const Shape& shape : scene.shapes()) {
     const MassProperties mass = shape.mass();
-    shapes_.push_back({mass.volume, mass.centre, mass.inertia, mass.inertia.inverse(), mean_radius(shape)});
+    const Mat3 inertia = rounded_up(mass.inertia);
+    shapes_.push_back({mass.volume, mass.centre, inertia, inertia.inverse(), mean_radius(shape)});
   }
 }
 
@@ -84,7 +100,9 @@ void SolverBodies::begin_body(const Scene& scene, std::uint32_t i) {
   const Mat3& to_world = half_turned_[i];
   const Mat3 inverse_inertia = to_world * shape.inverse_inertia * to_world.transpose() / density;
   const double mass = shape.volume * density;
-  if (!is_mass(mass) || !inverse_inertia.allFinite() || !(inverse_inertia.diagonal().minCoeff() > 0)) return;
+  // The inverse of the sum of two of them is a quotient of products of three.
+  const Vec3 turns = inverse_inertia.diagonal();
+  if (!is_mass(mass) || !is_mass(turns.minCoeff()) || !is_mass(turns.maxCoeff())) return;
   body.inverse_mass = 1 / mass;
   body.inverse_inertia = inverse_inertia;
   body.velocity = scene.velocities()[i];

@@ -305,7 +305,8 @@ std::span<const BuiltinScene> builtin_scenes() { return table; }
 Scene make_builtin_scene(std::string_view name, std::size_t bodies, std::uint64_t seed) {
   const auto found = std::find_if(table.begin(), table.end(), [&](const BuiltinScene& s) { return s.name == name; });
   if (found == table.end()) {
-    std::string message = "scene is '" + std::string(name) + "', allowed:";
+    constexpr std::size_t longest_quote = 64;
+    std::string message = "scene is '" + std::string(name.substr(0, longest_quote)) + "', allowed:";
     for (const BuiltinScene& known : table) message.append(" ").append(known.name);
     throw std::invalid_argument(message);
   }

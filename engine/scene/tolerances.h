@@ -13,6 +13,10 @@ inline constexpr const char* quaternion_range = "four numbers [w, x, y, z] of no
 /// An upper bound on the relative stretch of a body's motion by rotations that are orthonormal only to 2e-6: the narrow
 /// phase's `askew`, which is private to it. Less: a contact is kept that a fast body has left.
 inline constexpr double motion_stretch = 4e-6;
+/// The largest option of a response, and the largest component of gravity, m/s^2: the narrow phase's longest length,
+/// which is private to it. More: velocities whose sums and products are not finite.
+inline constexpr double largest_of_response = 1e30;
+
 /// The rounding of a position after a motion, relative to the numbers in it: 18 epsilon. Less: a contact is kept that a
 /// slow body has left.
 inline constexpr double motion_rounding = 4e-15;
@@ -79,9 +83,14 @@ inline constexpr double distance_rounding = 4e-15;
 /// rotations that are off by 2e-6. Less: such rotations hide a touch. More: more pairs are tested.
 inline constexpr double gap_left = 1e-5;
 
-/// The masses, kg, beyond which bodies do not move: products of two such masses, and their inverses, are finite. Ten
+/// The least moment of inertia of a body that a response moves, relative to its largest: that of a needle 20,000 times
+/// as long as wide. Less: the inverse in world axes is lost in rounding, and contacts throw needles 100,000 times as
+/// long as wide away. More: thick needles turn too slowly about their axes.
+inline constexpr double least_moment = 1e-8;
+/// The masses, kg, and moments of inertia, kg m^2, beyond which bodies do not move: the product of three inverse
+/// moments, and the square of one times the square of an arm of 1e30 m, are finite, and so are their inverses. Ten
 /// times less or more changes nothing for realistic bodies.
-inline constexpr double lightest_mass = 1e-100, heaviest_mass = 1e100;
+inline constexpr double lightest_mass = 1e-80, heaviest_mass = 1e80;
 
 /// The longest time step of a response and of a scene file, s. With longer ones bodies would leave the range of valid
 /// poses.

@@ -8,6 +8,8 @@
 #include <oneapi/tbb/task_group.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 
@@ -22,6 +24,11 @@ constexpr double longest_short_step = 1e6;  // ms
 
 std::string whole(double x) { return std::to_string(static_cast<long>(x)); }
 
+std::string decimal(double x) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, x).ptr};
+}
+
 void require(bool good, const std::string& message) {
   if (!good) throw std::invalid_argument(message);
 }
@@ -35,10 +42,11 @@ std::unique_ptr<Executor> make_executor(const ExecutorOptions& options) {
   if (const Split split = options.balance.split; !split.dynamic()) {
     require(split.broad >= 1 && split.narrow >= 1,
             "balance.split: " + text(split) + ", allowed: at least one thread for each phase");
-    require(options.threads == 0 || split.broad + split.narrow == options.threads,
-            "balance.split: " + text(split) + ", allowed: two numbers that add up to the threads, " +
-                std::to_string(options.threads));
-    require(split.broad + split.narrow <= most_threads,
+    const std::int64_t sum = std::int64_t{split.broad} + split.narrow;
+    require(options.threads == 0 || sum == options.threads, "balance.split: " + text(split) +
+                                                                ", allowed: two numbers that add up to the threads, " +
+                                                                std::to_string(options.threads));
+    require(sum <= most_threads,
             "balance.split: " + text(split) + ", allowed: at most " + std::to_string(most_threads) + " threads in all");
   }
   require(options.batches.pairs >= 1 && options.batches.pairs <= most_pairs,
@@ -47,11 +55,11 @@ std::unique_ptr<Executor> make_executor(const ExecutorOptions& options) {
           "batches.queue_capacity: " + std::to_string(options.batches.queue_capacity) + ", allowed: 0 (chosen) to " +
               std::to_string(longest_queue));
   require(options.sharing.short_step_ms >= 0 && options.sharing.short_step_ms <= longest_short_step,
-          "sharing.short_step_ms: " + std::to_string(options.sharing.short_step_ms) + ", allowed: 0 (never) to " +
+          "sharing.short_step_ms: " + decimal(options.sharing.short_step_ms) + ", allowed: 0 (never) to " +
               whole(longest_short_step));
-  require(options.stay_awake >= 0 && options.stay_awake <= longest_awake,
-          "stay_awake: " + std::to_string(options.stay_awake) + ", allowed: 0 (never) to " + whole(longest_awake) +
-              " microseconds");
+  require(options.stay_awake >= 0 && options.stay_awake <= longest_awake, "stay_awake: " + decimal(options.stay_awake) +
+                                                                              ", allowed: 0 (never) to " +
+                                                                              whole(longest_awake) + " microseconds");
   switch (options.kind) {
     case ExecutorKind::sequential:
       return make_sequential_executor(options);

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <sstream>
 #include <stdexcept>
 #include <string>
 
@@ -40,9 +41,12 @@ void spend(double ns) {
 }
 
 void require_time(const char* field, double ns) {
-  if (!(ns >= 0 && ns <= TileWork::longest_ns))
-    throw std::invalid_argument("tile_work: " + std::string(field) + " is " + std::to_string(ns) + ", allowed: 0 to " +
-                                std::to_string(static_cast<std::int64_t>(TileWork::longest_ns)) + " ns");
+  if (ns >= 0 && ns <= TileWork::longest_ns) return;
+  std::ostringstream message;
+  message.precision(17);
+  message << "tile_work: " << field << " is " << ns << ", allowed: 0 to "
+          << static_cast<std::int64_t>(TileWork::longest_ns) << " ns";
+  throw std::invalid_argument(message.str());
 }
 
 }  // namespace

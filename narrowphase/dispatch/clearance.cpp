@@ -21,6 +21,7 @@
 #include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
 #include "shapes/work_meter.h"
+#include "shapes/written.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -46,7 +47,7 @@ void require_triangles(const Shape& shape) {
     throw std::invalid_argument("clearance: " + std::string(name(shape.kind())) +
                                 " has no triangles, a triangle or a mesh is needed");
   if (shape.rounding() > 0)
-    throw std::invalid_argument("clearance: rounding " + std::to_string(shape.rounding()) +
+    throw std::invalid_argument("clearance: rounding " + written(shape.rounding()) +
                                 ", a shape without rounding is needed");
 }
 
@@ -94,7 +95,7 @@ bool visit_all(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& p
   require_valid(pose_a, "clearance: pose of A");
   require_valid(pose_b, "clearance: pose of B");
   if (!(options.clearance >= 0) || !std::isfinite(options.clearance))
-    throw std::invalid_argument("clearance: " + std::to_string(options.clearance) + " is not finite and >= 0");
+    throw std::invalid_argument("clearance: " + written(options.clearance) + " is not finite and >= 0");
   WorkMeter(options.limit).spend();
   if (test_hulls(a, pose_a, b, pose_b, options.limit).at_least > options.clearance) return true;
   const Posed posed_a{a, pose_a}, posed_b{b, pose_b};

@@ -23,6 +23,7 @@
 #include "shapes/unit_vector.h"
 #include "shapes/without_hull.h"
 #include "shapes/work_meter.h"
+#include "shapes/written.h"
 #include "tolerances.h"
 #include "triangles/triangle_axes.h"
 
@@ -291,15 +292,15 @@ std::string_view name(Exactness exactness) {
 
 NarrowPhase::NarrowPhase(NarrowPhaseOptions options) : options_(std::move(options)) {
   if (!(options_.tolerance >= 0 && options_.tolerance <= 0.1))
-    throw std::invalid_argument("tolerance: " + std::to_string(options_.tolerance) + " is not in [0, 0.1]");
+    throw std::invalid_argument("tolerance: " + written(options_.tolerance) + " is not in [0, 0.1]");
   if (!(options_.margin >= 0) || !std::isfinite(options_.margin))
-    throw std::invalid_argument("margin: " + std::to_string(options_.margin) + " is not finite and >= 0");
-  if (!(options_.cutoff >= 0))
-    throw std::invalid_argument("cutoff: " + std::to_string(options_.cutoff) + " is not >= 0");
+    throw std::invalid_argument("margin: " + written(options_.margin) + " is not finite and >= 0");
+  if (!(options_.cutoff >= 0)) throw std::invalid_argument("cutoff: " + written(options_.cutoff) + " is not >= 0");
   if (!options_.solver.empty() && !find_method(options_.solver)) {
     std::string known;
     for (const SolverInfo& s : solvers()) known += (known.empty() ? "" : ", ") + std::string(s.name);
-    throw std::invalid_argument("solver: \"" + options_.solver + "\" is none of " + known);
+    constexpr std::size_t longest_quote = 64;
+    throw std::invalid_argument("solver: \"" + options_.solver.substr(0, longest_quote) + "\" is none of " + known);
   }
 }
 
@@ -327,7 +328,7 @@ PairAnswer NarrowPhase::solve(const Shape& a, const Pose& pose_a, const Shape& b
 
 PairAnswer NarrowPhase::distance_within(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                                         double cutoff) const {
-  if (!(cutoff >= 0)) throw std::invalid_argument("cutoff: " + std::to_string(cutoff) + " is not >= 0");
+  if (!(cutoff >= 0)) throw std::invalid_argument("cutoff: " + written(cutoff) + " is not >= 0");
   if (cutoff >= options_.cutoff) return solve(a, pose_a, b, pose_b, Request::distance);
   NarrowPhaseOptions options = options_;
   options.cutoff = cutoff;
@@ -364,7 +365,7 @@ std::vector<std::array<std::uint32_t, 2>> NarrowPhase::intersecting_triangles(co
       throw std::invalid_argument("intersecting_triangles: " + std::string(tandem::name(s->kind())) +
                                   " has no triangles, a triangle or a mesh is needed");
     if (s->rounding() > 0)
-      throw std::invalid_argument("intersecting_triangles: rounding " + std::to_string(s->rounding()) +
+      throw std::invalid_argument("intersecting_triangles: rounding " + written(s->rounding()) +
                                   ", a shape without rounding is needed");
   }
   return mesh_triangle_pairs(a, pose_a, b, pose_b, options_);

@@ -16,6 +16,7 @@
 #include "shapes/posed_mesh.h"
 #include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
+#include "shapes/written.h"
 #include "tandem/narrowphase/clearance.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/work_limit.h"
@@ -44,7 +45,9 @@ class ShortestFree {
   /// by four times that, and so on.
   Vec3 farther(const Vec3& direction, double length) const {
     constexpr int most = 64;
-    const double scale = size_ + a_.pose.translation.norm() + b_.pose.translation.norm() + length;
+    // Of points in one place every other number is zero.
+    const double scale =
+        std::max(size_ + a_.pose.translation.norm() + b_.pose.translation.norm() + length, tolerance::shortest_length);
     double more = tolerance::translation_slack * scale;
     for (int i = 0; i < most; ++i, more *= 4)
       if (is_free((length + more) * direction)) return (length + more) * direction;
@@ -201,7 +204,7 @@ std::optional<DepthBounds> searched(const Posed& a, const Posed& b, const PairAn
 DepthBounds penetration_depth(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b,
                               const DepthOptions& options) {
   if (!(options.gap >= 0 && options.gap <= 1))
-    throw std::invalid_argument("penetration_depth: gap " + std::to_string(options.gap) + " is not in [0, 1]");
+    throw std::invalid_argument("penetration_depth: gap " + written(options.gap) + " is not in [0, 1]");
   require_valid(pose_a, "penetration_depth: pose of A");
   require_valid(pose_b, "penetration_depth: pose of B");
   NarrowPhaseOptions narrow_options;

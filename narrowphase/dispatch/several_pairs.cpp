@@ -5,6 +5,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <stdexcept>
+#include <string>
 
 #include "boxes/box_manifold.h"
 #include "boxes/box_screen.h"
@@ -316,6 +318,9 @@ SpheresSolved SeveralPairs::solve_spheres(std::span<const PlacedSpheres> pairs, 
 
 void SeveralPairs::solve(std::span<const PlacedPair> pairs, std::vector<Contact>& contacts, AnswerSink& answers,
                          std::span<const PlacedSpheres> spheres) const {
+  if (!spheres.empty() && spheres.size() != pairs.size())
+    throw std::invalid_argument("SeveralPairs: spheres of " + std::to_string(spheres.size()) + " pairs, allowed: of " +
+                                std::to_string(pairs.size()) + ", or none");
   PairGroups groups;
   const auto answer_waiting = [&] {
     groups.answer(pairs, margin_, contacts, answers, [&](std::size_t i) {

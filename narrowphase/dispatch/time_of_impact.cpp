@@ -11,6 +11,7 @@
 #include "meshes/mesh_solvers.h"
 #include "pairs/convex_pair.h"
 #include "shapes/voxel_reach.h"
+#include "shapes/written.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tolerances.h"
 
@@ -202,7 +203,7 @@ std::optional<double> NarrowPhase::time_of_impact(const Shape& a, const Pose& po
                                                   const Shape& b, const Pose& pose_b, const Vec3& velocity_b,
                                                   double tmax) const {
   if (!std::isfinite(tmax) || tmax < 0)
-    throw std::invalid_argument("tmax: " + std::to_string(tmax) + " is not finite and >= 0");
+    throw std::invalid_argument("tmax: " + written(tmax) + " is not finite and >= 0");
   if (!velocity_a.allFinite() || !velocity_b.allFinite())
     throw std::invalid_argument("velocity: not finite, every component must be");
   if (const std::string why = refuses(a, b, Request::distance); !why.empty()) throw std::invalid_argument(why);

@@ -175,7 +175,7 @@ DeformReport DeformableMesh::update(std::span<const Vec3> vertices, const PartRu
     impl.refit.refit(mesh, vertices, parts);
     if (mesh.closed && !impl.refit.surely_outward())
       if (const auto volume = inside_out(mesh, vertices, parts))
-        refuse_vertices("the mesh is closed, but its volume is " + std::to_string(*volume) +
+        refuse_vertices("the mesh is closed, but its volume is " + written(*volume) +
                         "; it must not be negative: it was turned inside out");
     copies = true;
     run_chunks(parts, vertices.size(), elements_per_chunk, [&](std::size_t, std::size_t begin, std::size_t end) {

@@ -14,6 +14,7 @@
 #include "shapes/run_parts.h"
 #include "shapes/shape_insides.h"
 #include "shapes/work_meter.h"
+#include "shapes/written.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -219,7 +220,7 @@ Pose pose_in(const Pose& a, const Pose& b) {
 
 void require_feature_margin(double margin) {
   if (!(margin >= 0) || !std::isfinite(margin))
-    throw std::invalid_argument("margin: " + std::to_string(margin) + " is not finite and >= 0");
+    throw std::invalid_argument("margin: " + written(margin) + " is not finite and >= 0");
 }
 
 NearFeatures near_features(const MeshModel& mesh, std::span<const std::uint32_t> first, double margin,

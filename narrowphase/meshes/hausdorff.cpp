@@ -17,6 +17,7 @@
 #include "shapes/shape_insides.h"
 #include "shapes/skewness.h"
 #include "shapes/work_meter.h"
+#include "shapes/written.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -157,16 +158,16 @@ void check(const Shape& a, const Shape& b, const HausdorffOptions& options) {
       throw std::invalid_argument("hausdorff_distance: " + std::string(name(shape->kind())) +
                                   " has no triangles, a triangle or a mesh is needed");
     if (shape->rounding() > 0)
-      throw std::invalid_argument("hausdorff_distance: rounding " + std::to_string(shape->rounding()) +
+      throw std::invalid_argument("hausdorff_distance: rounding " + written(shape->rounding()) +
                                   ", a shape without rounding is needed");
   }
   if (!(options.tolerance >= 0) || !std::isfinite(options.tolerance))
-    throw std::invalid_argument("hausdorff_distance: tolerance " + std::to_string(options.tolerance) +
+    throw std::invalid_argument("hausdorff_distance: tolerance " + written(options.tolerance) +
                                 " is not finite and >= 0");
   if (!(options.least >= 0 && options.least <= 1))
-    throw std::invalid_argument("hausdorff_distance: least " + std::to_string(options.least) + " is not in [0, 1]");
+    throw std::invalid_argument("hausdorff_distance: least " + written(options.least) + " is not in [0, 1]");
   if (!(options.gap >= 0 && options.gap <= 1))
-    throw std::invalid_argument("hausdorff_distance: gap " + std::to_string(options.gap) + " is not in [0, 1]");
+    throw std::invalid_argument("hausdorff_distance: gap " + written(options.gap) + " is not in [0, 1]");
 }
 
 }  // namespace

@@ -28,8 +28,8 @@ void require(const Mesh& mesh) {
   if (mesh.triangles.empty()) throw std::invalid_argument("mesh: no triangles; there must be at least one");
   for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
     if (!(mesh.vertices[v].array().abs() <= tolerance::longest_length).all())
-      throw std::invalid_argument("mesh: vertex " + std::to_string(v) + ": coordinates must be " +
-                                  allowed_coordinate());
+      throw std::invalid_argument("mesh: vertices[" + std::to_string(v) + "] is " + written(mesh.vertices[v]) +
+                                  "; it must be " + allowed_coordinate());
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i)
     for (const std::uint32_t v : mesh.triangles[i])
       if (v >= mesh.vertices.size())

@@ -57,7 +57,7 @@ double half_angle(const Vec3& a, const Vec3& b, const Vec3& c) {
 }
 
 [[noreturn]] void refuse(const std::string& what, double found, const char* allowed) {
-  throw std::invalid_argument("voxel_solid: " + what + " " + std::to_string(found) + ", allowed: " + allowed);
+  throw std::invalid_argument("voxel_solid: " + what + " " + written(found) + ", allowed: " + allowed);
 }
 
 }  // namespace

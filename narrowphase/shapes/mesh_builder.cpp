@@ -113,8 +113,8 @@ bool covers_hull(const MeshModel& mesh, const WorkLimit* limit) {
     meter.spend();
     const Vec3& corner = hull.vertices[hull.loop[f.first]];
     for (std::uint32_t k = 2; k < f.count; ++k) {
-      const Vec3 area = (hull.vertices[hull.loop[f.first + k - 1]] - corner)
-                            .cross(hull.vertices[hull.loop[f.first + k]] - corner);
+      const Vec3 area =
+          (hull.vertices[hull.loop[f.first + k - 1]] - corner).cross(hull.vertices[hull.loop[f.first + k]] - corner);
       of_hull += area.norm();
       volume -= area.dot(corner - mesh.centre);
     }
@@ -218,7 +218,7 @@ std::vector<std::uint32_t> add_surface(MeshModel& model, const PartRunner& parts
     if (first[v] != v) model.representatives = first;
   if (!model.solid) return first;
   if (const auto volume = inside_out(model, model.vertices, parts))
-    refuse("solid, but its volume is " + std::to_string(*volume) +
+    refuse("solid, but its volume is " + written(*volume) +
            "; it must not be negative (triangles counterclockwise seen from outside)");
   return first;
 }

@@ -1,5 +1,6 @@
 // Makes shapes from point clouds, height fields and voxels.
 #include "tandem/narrowphase/shape_makers.h"
+#include "shapes/written.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +12,7 @@ namespace tandem {
 namespace {
 
 [[noreturn]] void refuse_number(const std::string& what, double found, const std::string& allowed) {
-  throw std::invalid_argument(what + " is " + std::to_string(found) + ", allowed: " + allowed);
+  throw std::invalid_argument(what + " is " + written(found) + ", allowed: " + allowed);
 }
 
 }  // namespace
@@ -151,8 +152,7 @@ Shape occupancy_grid(std::span<const std::uint8_t> occupied, const std::array<st
   const auto whole = [](std::size_t place) { return static_cast<std::int32_t>(place); };
   for (std::size_t i = 0; i < all; ++i)
     if (occupied[i] != 0)
-      grid.cells.push_back(
-          {{whole(i % count[0]), whole(i / count[0] % count[1]), whole(i / count[0] / count[1])}, 0});
+      grid.cells.push_back({{whole(i % count[0]), whole(i / count[0] % count[1]), whole(i / count[0] / count[1])}, 0});
   return Shape(grid);
 }
 

@@ -171,6 +171,10 @@ TEST_CASE("report: bad input gets one line that says what, where and what is all
       {"\x1f\x8b\x08", "bad.json: a .gz file that is damaged or cut off"},
       {"{\"name\":1}", "bad.json: document: {\"name\":1}, allowed: a result of tandem-bench"},
       {"{\"traceEvents\":[]}", "bad.json: /traceEvents: [], allowed: slices"},
+      {R"({"traceEvents":[{"ph":"X","pid":0,"tid":0,"name":"a","ts":1e308,"dur":1,"args":{"step":0,"pairs":1}}]})",
+       "bad.json: /traceEvents/0/ts: 1e+308, allowed: microseconds, at most 1e18 in size"},
+      {R"({"traceEvents":[{"ph":"X","pid":0,"tid":0,"name":"a","ts":0,"dur":1e300,"args":{"step":0,"pairs":1}}]})",
+       "bad.json: /traceEvents/0/dur: 1e+300, allowed: microseconds, at most 1e18 in size"},
       {"{\"step\":0,\"candidate", "bad.json: line 1: /step: byte 21"},
       {"{\"step\":0}\n", "bad.json: line 1: /candidate_pairs: missing"},
       {"{\"format\":\"tandem-record\",\"version\":2,\"scene\":{}}\n", "bad.json: /version: 2, allowed: 1"},
@@ -219,6 +223,22 @@ TEST_CASE("report: a record that ends within a step is refused with the byte") {
   const Finished none = report(folder, "none.record");
   CHECK(none.status == 2);
   CHECK_THAT(none.text, Catch::Contains("none.record: a record without a step"));
+}
+
+TEST_CASE("report: a record whose steps have other bodies than the first is refused") {
+  const TemporaryFolder folder;
+  REQUIRE(run(folder, TANDEM_PROGRAM_PATH " run cubes-on-plane --bodies 5 --steps 2 --record whole.record").status ==
+          0);
+  std::string bytes = text_of(folder / "whole.record");
+  // The last body of the last step, by its four bytes: those of the plane, which is body 0, in the place of the first.
+  const std::size_t step = bytes.rfind("STEP");
+  const std::size_t first = step + 28;
+  REQUIRE(bytes.compare(first, 4, std::string("\x01\0\0\0", 4)) == 0);
+  bytes[first] = '\0';
+  write(folder / "other.record", bytes);
+  const Finished other = report(folder, "other.record");
+  CHECK(other.status == 2);
+  CHECK_THAT(other.text, Catch::Contains("other.record: step 1: body 0, allowed: body 1 as in the first step"));
 }
 
 TEST_CASE("report: the page in a browser") {

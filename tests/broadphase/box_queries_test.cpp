@@ -217,8 +217,13 @@ double distance_plainly(const Aabb& a, const Aabb& b) {
 TEST_CASE("boxes that have moved are found where they are") {
   for (const std::size_t n : {1u, 2u, 9u, 500u, 20000u}) {
     BoxArray boxes = make_boxes(
-        n, 5, [](Random& r) { return Point{uniform(r, 0, 30), uniform(r, 0, 30), uniform(r, 0, 30)}; },
-        [](Random& r) { return Point{uniform(r, 0, 2), uniform(r, 0, 2), uniform(r, 0, 2)}; });
+        n, 5,
+        [](Random& r) {
+          return Point{uniform(r, 0, 30), uniform(r, 0, 30), uniform(r, 0, 30)};
+        },
+        [](Random& r) {
+          return Point{uniform(r, 0, 2), uniform(r, 0, 2), uniform(r, 0, 2)};
+        });
     BoxQueries queries;
     queries.build(boxes);
     CHECK(queries.worn() == 1);
@@ -267,9 +272,38 @@ TEST_CASE("boxes that have moved are found where they are") {
   }
 }
 
+TEST_CASE("rays whose t no double can hold hit nothing, and points are refused whose distances none can") {
+  BoxArray boxes;
+  boxes.resize(2);
+  boxes.set(0, {{1e30f, 1e32f, 0}, {1e31f, 1e33f, 1}});  // beside the diagonal
+  boxes.set(1, {{1e30f, 1e30f, 0}, {1e31f, 1e31f, 1}});  // on it
+  BoxQueries queries;
+  queries.build(boxes);
+  std::vector<RayHit> hits;
+  queries.along({{0, 0, 0}, {1e-300, 1e-300, 0}, std::numeric_limits<double>::infinity()}, hits);
+  CHECK(hits.empty());
+  queries.along({{0, 0, 0}, {1e-200, 1e-200, 0}, std::numeric_limits<double>::infinity()}, hits);
+  REQUIRE(hits.size() == 1);
+  CHECK(hits[0].index == 1);
+  CHECK(std::isfinite(hits[0].t));
+  std::vector<Neighbour> near;
+  queries.nearest({1e150, 0, 0}, 1, near);
+  REQUIRE(near.size() == 1);
+  CHECK(std::isfinite(near[0].squared_distance));
+  using Catch::Matchers::Contains;
+  CHECK_THROWS_WITH(queries.nearest({1e200, 0, 0}, 1, near), Contains("1e+200, allowed: numbers of at most 1e150"));
+  CHECK_THROWS_WITH(queries.along({{0, 0, 0}, {0, 1e-320, 0}, 1}, hits), Contains("direction is 1e-320, allowed: "));
+}
+
 TEST_CASE("a visit of boxes ends when the visitor says so, and a refit knows its boxes") {
   BoxArray boxes = make_boxes(
-      100, 5, [](Random& r) { return Point{uniform(r, 0, 1), 0, 0}; }, [](Random&) { return Point{1, 1, 1}; });
+      100, 5,
+      [](Random& r) {
+        return Point{uniform(r, 0, 1), 0, 0};
+      },
+      [](Random&) {
+        return Point{1, 1, 1};
+      });
   boxes.set_empty(7);
   BoxQueries queries;
   queries.build(boxes);
@@ -314,8 +348,13 @@ TEST_CASE("a visit of near boxes that is never content sees each box once, and n
 TEST_CASE("near boxes are found where the nearest node has none of them") {
   // A limit barely above the least distance: most nodes around the point contain nothing so near.
   BoxArray boxes = make_boxes(
-      4000, 9, [](Random& r) { return Point{uniform(r, 0, 30), uniform(r, 0, 30), uniform(r, 0, 30)}; },
-      [](Random&) { return Point{0.1f, 0.1f, 0.1f}; });
+      4000, 9,
+      [](Random& r) {
+        return Point{uniform(r, 0, 30), uniform(r, 0, 30), uniform(r, 0, 30)};
+      },
+      [](Random&) {
+        return Point{0.1f, 0.1f, 0.1f};
+      });
   BoxQueries queries;
   queries.build(boxes);
   Random random(3);

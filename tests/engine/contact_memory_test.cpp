@@ -211,3 +211,34 @@ TEST_CASE("contact map: a point's value goes with its place") {
   for (std::size_t i = 0; i < springs.size(); ++i) CHECK(springs[i] == 0);
   CHECK(floor.index() == 0);
 }
+
+TEST_CASE("contacts of another scene are refused, and events and values stay as they were") {
+  Scene scene;
+  const ShapeId ball = scene.add_shape(Sphere{1});
+  for (int i = 0; i < 3; ++i) scene.add_body({.shape = ball, .pose = Pose::at(1.5 * i, 0, 0)});
+  Pipeline pipeline({.threads = 1});
+  pipeline.step(scene);
+  ContactEvents events;
+  PairMap<int> pairs;
+  ContactMap<int> points(0.1);
+  const auto update = [&](const Scene& its) {
+    events.update(its, pipeline.contacts());
+    pairs.update(its, pipeline.contacts());
+    points.update(its, pipeline.contacts());
+  };
+  update(scene);
+  REQUIRE(events.began().size() == 2);
+  pairs[1] = points[1] = 7;
+  Scene fewer = scene;
+  fewer.remove_body(scene.id(2));  // of the second pair
+  CHECK_THROWS_AS(events.update(fewer, pipeline.contacts()), std::invalid_argument);
+  CHECK_THROWS_AS(pairs.update(fewer, pipeline.contacts()), std::invalid_argument);
+  CHECK_THROWS_AS(points.update(fewer, pipeline.contacts()), std::invalid_argument);
+  CHECK(events.touching().size() == 2);
+  update(scene);
+  CHECK(events.began().empty());
+  CHECK(events.stayed().size() == 2);
+  CHECK(events.ended().empty());
+  CHECK(pairs[1] == 7);
+  CHECK(points[1] == 7);
+}

@@ -288,6 +288,28 @@ TEST_CASE("groups, masks and a predicate keep pairs away from the narrow phase")
   CHECK_THROWS_WITH(wrong.step(scene), Catch::Matchers::Contains("predicate"));
 }
 
+TEST_CASE("pairs that a predicate makes up, of bodies that there are not or of one body, end the step") {
+  Scene scene;
+  const ShapeId ball = scene.add_shape(Sphere{1});
+  for (int i = 0; i < 5; ++i) scene.add_body({.shape = ball, .pose = Pose::at(i, 0, 0)});
+  scene.remove_body(scene.id(4));
+  for (const ExecutorKind kind : executor_kinds)
+    for (const Pair made : {Pair{4, 1}, Pair{5, 1}, Pair{1, 4'000'000'000u}, Pair{2, 2}}) {
+      PipelineOptions options{.executor = kind, .threads = 2};
+      bool is_on = true;
+      options.predicate = [&](std::span<Pair> pairs) {
+        if (is_on) pairs.front() = made;
+        return pairs.size();
+      };
+      Pipeline pipeline(options);
+      CHECK_THROWS_WITH(pipeline.step(scene), Catch::Matchers::StartsWith("predicate: kept the pair ("));
+      CHECK(pipeline.contacts().pairs.empty());
+      is_on = false;
+      pipeline.step(scene);
+      CHECK(pipeline.contacts().pairs.size() == 5);  // of neighbours, and of those two apart, which touch
+    }
+}
+
 TEST_CASE("pairs that a predicate turns round are answered so, by every executor") {
   const tbb::global_control many(tbb::global_control::max_allowed_parallelism, 8);
   const Scene scene = make_builtin_scene("complex-in-contact", 30);

@@ -2,6 +2,7 @@
 // of the build.
 #include <fcntl.h>
 #include <spawn.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -512,6 +513,56 @@ TEST_CASE("program: clash goes on where it was cut off, and leaves files alone t
   }
 }
 
+TEST_CASE("program: clash refuses answers that it cannot have written, by their line and place") {
+  const TemporaryFolder folder;
+  folder.write("a.obj", cube(0, 0));
+  folder.write("b.obj", cube(0.5, 0.1));
+  const std::string a = (folder / "a.obj").string(), b = (folder / "b.obj").string(), kept = (folder / "kept").string();
+  REQUIRE(tandem_program({"clash", a, b, "--resume", kept}).status == 0);
+  const std::string all = read_file(kept);
+  const std::size_t begin = all.find('\n') + 1;
+  const auto refusal = [&](const char* pointer, const Json& value) {
+    Json entry = parse_json(all.substr(begin));
+    entry[Json::json_pointer(pointer)] = value;
+    folder.write("kept", all.substr(0, begin) + entry.dump() + '\n');
+    const Ended refused = tandem_program({"clash", a, b, "--resume", kept});
+    CAPTURE(pointer, value.dump(), refused.err);
+    CHECK(refused.status == 2);
+    CHECK(refused.out.empty());
+    CHECK(refused.err.find(": line 2: " + std::string(pointer)) != std::string::npos);
+    CHECK(refused.err.find(", allowed: ") != std::string::npos);
+    CHECK(refused.err.size() < 300);
+  };
+  for (const char* pair : {"[]", "[0]", "[0,1,1]", "[1,0]", "[0,0]", "{}", "1"}) refusal("/pair", parse_json(pair));
+  for (const char* bounds : {"[]", "[[0,0,0]]", "[[0,0,0],[0,0,0],[0,0,0]]", "0"})
+    refusal("/zones/0/bounds", parse_json(bounds));
+  for (const char* number : {"\"x\"", "-1", "1.5", "null", "{}", "1e300"})
+    for (const char* pointer : {"/triangle_pairs", "/zone_count", "/zones/0/triangle_pairs"})
+      refusal(pointer, parse_json(number));
+  refusal("/error_bound", -1);
+}
+
+TEST_CASE("program: clash waits for no pipe, and says what a name leads to") {
+  const TemporaryFolder folder;
+  folder.write("a.obj", cube(0, 0));
+  folder.write("b.obj", cube(0.5, 0.1));
+  REQUIRE(::mkfifo((folder / "pipe.obj").c_str(), 0600) == 0);
+  std::filesystem::create_directory(folder / "other");
+  std::filesystem::create_symlink("loop.obj", folder / "other/loop.obj");
+  const std::string a = (folder / "a.obj").string(), b = (folder / "b.obj").string();
+  const auto refused = [&](const std::vector<std::string>& words, const std::string& says) {
+    const Ended ended = tandem_program(words);
+    CAPTURE(ended.err);
+    CHECK(ended.status == 2);
+    CHECK(ended.err.find(says) != std::string::npos);
+  };
+  const std::string pipe = (folder / "pipe.obj").string(), loop = (folder / "other/loop.obj").string();
+  refused({"clash", folder.path().string()}, "a regular file");
+  refused({"clash", a, b, "--resume", pipe}, "a folder, pipe or device, allowed: a regular file");
+  refused({"clash", a, b, "--resume", "/dev/null"}, "a folder, pipe or device, allowed: a regular file");
+  refused({"clash", a, loop}, "no file or folder '" + loop + "': ");
+}
+
 TEST_CASE("program: clash refuses what it cannot read, before the work") {
   const TemporaryFolder folder;
   folder.write("a.obj", cube(0, 0));
@@ -572,5 +623,10 @@ TEST_CASE("program: inspect tells what is wrong with mesh files, with places") {
   CHECK(words.out.find("a clean solid") != std::string::npos);
   CHECK(words.out.find("open edge from vertex") != std::string::npos);
   CHECK(tandem_program({"inspect"}).status == 2);
+  folder.write("far.obj", "v 0 0 0\nv 1e31 0 0\nf 1 2 1\n");
+  const Ended far = tandem_program({"inspect", clean, (folder / "far.obj").string()});
+  CHECK(far.status == 2);
+  CHECK(far.err.find("far.obj: mesh: vertices[1] is (1e31, 0, 0); it must be finite and at most 1e30 in size") !=
+        std::string::npos);
   CHECK(tandem_program({"inspect", (folder / "none.obj").string()}).status != 0);
 }

@@ -1,5 +1,7 @@
 // Readers with input that is too deep, too long, endless or not text: each is refused with one short line, and nothing
 // is read beyond the limits of input_limits.h.
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <cctype>
 #include <cstring>
@@ -7,6 +9,7 @@
 
 #include "catch.h"
 #include "formats/json_writer.h"
+#include "formats/output_file.h"
 #include "formats/pair_record.h"
 #include "formats/record_file.h"
 #include "formats/text_file.h"
@@ -169,7 +172,32 @@ TEST_CASE("readers: a device that never ends is read up to a bound") {
   CHECK(zeros.line(line, 100) == InputFile::Line::too_long);
   CHECK(line.size() == 100);
   CHECK(zeros.line(line, 100) == InputFile::Line::none);
-  CHECK_THAT(message_of([] { RecordReader reader("/dev/zero"); }), Catch::Contains("a file that can be read twice"));
+  CHECK_THAT(message_of([] { RecordReader reader("/dev/zero"); }),
+             Catch::Contains("a pipe or device, allowed: a regular file"));
+}
+
+TEST_CASE("readers: a pipe without a writer is refused where a mesh, a buffer or a recording must be, not waited for") {
+  const TemporaryFolder folder;
+  for (const char* name : {"pipe.obj", "pipe.bin", "pipe.record"})
+    REQUIRE(::mkfifo((folder / name).c_str(), 0600) == 0);
+  const auto refused = [](const std::string& what) {
+    check_refusal(what);
+    CHECK_THAT(what, Catch::EndsWith("a pipe or device, allowed: a regular file"));
+  };
+  refused(message_of([&] { RecordReader reader(folder / "pipe.record"); }));
+  const auto scene = folder.write("s.json", R"({"shapes":{"m":{"kind":"mesh","file":"pipe.obj"}}})");
+  const std::string named = message_of([&] { (void)read_scene_file(scene); });
+  refused(named);
+  CHECK_THAT(named, Catch::Contains("s.json: /shapes/m/file: "));
+  const auto gltf = folder.write("a.gltf", R"({"asset":{"version":"2.0"},"nodes":[{"mesh":0}],"meshes":[{"primitives":)"
+                                           R"([{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,)"
+                                           R"("componentType":5126,"count":3,"type":"VEC3"}],"bufferViews":)"
+                                           R"([{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,)"
+                                           R"("uri":"pipe.bin"}]})");
+  const std::string buffer = message_of([&] { (void)read_mesh_file(gltf); });
+  refused(buffer);
+  CHECK_THAT(buffer, Catch::Contains("/buffers/0/uri: "));
+  CHECK_THAT(message_of([&] { (void)read_mesh_file(folder / "pipe.bin"); }), Catch::Contains("a pipe or device"));
 }
 
 TEST_CASE("readers: a line that is too long is passed over and the next one read") {
@@ -223,6 +251,72 @@ TEST_CASE("readers: a recorded contact names bodies and finite numbers") {
                Catch::EndsWith("allowed: finite numbers"));
 }
 
+TEST_CASE("readers: a step's bodies are in order, none twice") {
+  const std::string header = R"({"format":"tandem-record","version":1,"scene":{"shapes":{"s":{"kind":"sphere",)"
+                             R"("radius":1}},"bodies":[{"shape":"s"},{"shape":"s"}]}})"
+                             "\n";
+  const auto pose = [](std::uint32_t body) {
+    std::string out = raw_bytes(body);
+    for (const double x : {0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 0., 1.}) out += raw_bytes(x);
+    return out;
+  };
+  CHECK(refusal_of_recording(header + step_head(2, 0) + pose(0) + pose(1)).empty());
+  for (const std::uint32_t first : {0u, 1u}) {
+    const std::string what = refusal_of_recording(header + step_head(2, 0) + pose(first) + pose(0));
+    check_refusal(what);
+    CHECK_THAT(what, Catch::EndsWith("body 0 after body " + std::to_string(first) +
+                                     ", allowed: each body once, by their numbers"));
+  }
+}
+
+TEST_CASE("readers: the corners of all uses of a glTF file's meshes are counted, those of turning strips, too") {
+  const TemporaryFolder folder;
+  constexpr std::size_t corners = std::size_t{1} << 20;
+  std::string bytes(36 + corners, '\0');
+  bytes[14] = bytes[32] = '\x80', bytes[15] = bytes[33] = '\x3f';  // (0, 0, 0), (1, 0, 0), (0, 1, 0), then indices 0
+  (void)folder.write("a.bin", bytes);
+  const auto refusal = [&](std::size_t uses) {
+    std::string nodes = R"({"mesh":0})";
+    for (std::size_t i = 1; i < uses; ++i) nodes += R"(,{"mesh":0})";
+    return message_of([&] {
+      (void)read_mesh_file(folder.write(
+          "a.gltf", R"({"asset":{"version":"2.0"},"nodes":[)" + nodes +
+                        R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0},"indices":1,"mode":5}]}],)"
+                        R"("accessors":[{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3"},)"
+                        R"({"bufferView":0,"byteOffset":36,"componentType":5121,"count":1048576,"type":"SCALAR"}],)"
+                        R"("bufferViews":[{"buffer":0,"byteLength":1048612}],)"
+                        R"("buffers":[{"byteLength":1048612,"uri":"a.bin"}]})"));
+    });
+  };
+  CHECK_THAT(refusal(2), Catch::EndsWith("document: no triangles, allowed: a scene with a mesh of triangles"));
+  const std::size_t most = limits::mesh_vertices / corners;
+  const std::string what = refusal(most + 1);
+  check_refusal(what);
+  CHECK_THAT(what, Catch::EndsWith("/nodes/" + std::to_string(most) + ": one more use of a mesh, allowed: at most " +
+                                   std::to_string(limits::mesh_vertices) + " corners in all"));
+}
+
+TEST_CASE("readers: an object in a glTF file's lists has a bounded number of members") {
+  const TemporaryFolder folder;
+  std::string members;
+  for (std::size_t i = 0; i < limits::gltf_members; ++i) members += R"("x)" + std::to_string(i) + R"(":0,)";
+  const std::string what = message_of([&] {
+    (void)read_mesh_file(
+        folder.write("a.gltf", R"({"asset":{"version":"2.0"},"nodes":[{)" + members + R"("mesh":0}],"meshes":[{}]})"));
+  });
+  check_refusal(what);
+  CHECK_THAT(what, Catch::EndsWith("/nodes/0: 1001 members, allowed: at most 1000"));
+}
+
+TEST_CASE("output files: a name that is none, or too long for the system, is refused in a short line") {
+  const std::string long_name(5000, 'x');
+  for (const std::string& name : {std::string(), std::string("a\0b", 3), long_name, "folder/" + long_name + "\n"}) {
+    CHECK_THROWS_AS(OutputFile("--json", name), std::invalid_argument);
+    check_refusal(message_of([&] { OutputFile file("--json", name); }));
+  }
+  check_refusal(message_of([&] { require_different({{"--json", long_name}, {"--trace", long_name}}); }));
+}
+
 TEST_CASE("readers: a face that names a vertex too far back or beyond all is refused with its line") {
   const TemporaryFolder folder;
   const auto refusal = [&](std::string_view text) {
@@ -234,6 +328,7 @@ TEST_CASE("readers: a face that names a vertex too far back or beyond all is ref
              Catch::EndsWith("a.obj:5: vertex 5, allowed: 1 to 4"));
   CHECK_THAT(refusal(vertices + "f 1 2 9223372036854775807\n"), Catch::Contains("'9223372036854775807', allowed: "));
   CHECK(refusal(vertices + "f 1 2 4\nv 1 1 1\n").empty());
+  CHECK_THAT(refusal("f 1 2 3\n"), Catch::EndsWith("a.obj:1: vertex 1, allowed: none: there are no vertices"));
 }
 
 namespace {

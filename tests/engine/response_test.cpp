@@ -134,13 +134,17 @@ TEST_CASE("response: options that make no sense are refused by name") {
   CHECK_THAT(refusal([](auto& o) { o.contact_damping_ratio = 0; }), Contains("contact_damping_ratio"));
   CHECK_THAT(refusal([](auto& o) { o.max_push_out = 0; }), Contains("max_push_out"));
   CHECK_THAT(refusal([](auto& o) { o.max_speed = 0; }), Contains("max_speed"));
+  CHECK_THAT(refusal([](auto& o) { o.friction = 1.1e30; }), Contains("friction") && Contains("at most 1e30"));
   Scene scene;
   Response response;
   scene.dt = 0;
   CHECK_THROWS_AS(response.step(scene, {}), std::invalid_argument);
   scene.dt = 0.01;
-  scene.gravity.x() = nan;
-  CHECK_THROWS_AS(response.step(scene, {}), std::invalid_argument);
+  for (const double bad : {nan, 1.1e30, -1e308}) {
+    scene.gravity.x() = bad;
+    CHECK_THAT(message_of([&] { response.step(scene, {}); }),
+               Contains("gravity is ") && Contains("at most 1e30 m/s^2"));
+  }
 }
 
 TEST_CASE("response: the margin that is recommended follows speed, time step and the smallest moving body") {
@@ -385,6 +389,93 @@ TEST_CASE("response: speeds beyond all bounds stay finite") {
   CHECK(scene.velocities()[0].norm() == Approx(500));
   CHECK(scene.angular_velocities()[0].allFinite());
   CHECK(scene.pose(ball).rotation.allFinite());
+}
+
+TEST_CASE("response: the largest options and gravity leave bodies at finite places") {
+  const auto moved = [](const ResponseOptions& options, double gravity, double speed, double dt = 1.0 / 60) {
+    Scene scene;
+    scene.dt = dt;
+    scene.gravity = {0, 0, -gravity};
+    scene.add_body({.shape = scene.add_shape(HalfSpace{{0, 0, 1}, 0}), .is_static = true});
+    const ShapeId shapes[] = {scene.add_shape(Sphere{1}), scene.add_shape(Box{{1, 1, 1}})};
+    for (int i = 0; i < 4; ++i)
+      scene.add_body({.shape = shapes[i % 2],
+                      .pose = Pose::at(0.1 * i, 0, 0.9 + i),
+                      .velocity = {speed, 0, -speed},
+                      .angular_velocity = {speed, 0, 0}});
+    Response response(options);
+    for (int step = 0; step < 4; ++step) {
+      const ResponseReport report = response.step(scene, detect(scene, 0.1));
+      CHECK(std::isfinite(report.kinetic_energy));
+    }
+    for (std::uint32_t i = 1; i < scene.indices(); ++i) {
+      CHECK(scene.poses()[i].translation.allFinite());
+      CHECK(scene.poses()[i].rotation.allFinite());
+      CHECK(scene.velocities()[i].allFinite());
+    }
+  };
+  constexpr double most = 1e30;
+  moved({}, most, 10);
+  moved({}, 9.81, 10, 1e-300);
+  moved({.max_push_out = 1.7e308, .max_speed = 1.7e308}, most, 1e308, 1e-300);
+  moved({.max_speed = most}, most, 1e308);
+  for (double ResponseOptions::*option :
+       {&ResponseOptions::friction, &ResponseOptions::rolling_resistance, &ResponseOptions::contact_hertz,
+        &ResponseOptions::contact_damping_ratio, &ResponseOptions::max_push_out, &ResponseOptions::max_speed}) {
+    ResponseOptions options;
+    options.*option = most;
+    moved(options, 9.81, 10);
+  }
+}
+
+TEST_CASE("response: needles, however thin, are not thrown away by contacts") {
+  Random random(3);
+  for (const double width : {1e-4, 1e-6, 1e-9, 1e-12, 1e-20}) {
+    CAPTURE(width);
+    for (const Shape& needle : {Shape(Cylinder{width, 1}), Shape(Box{{width, width, 1}}), Shape(Capsule{width, 1})}) {
+      Scene scene;
+      scene.add_body({.shape = scene.add_shape(HalfSpace{{0, 0, 1}, 0}), .is_static = true});
+      const ShapeId shape = scene.add_shape(needle);
+      for (int i = 0; i < 12; ++i) {
+        const auto any = [&](double most) { return random.uniform(-most, most); };
+        const Mat3 turned = random.rotation();
+        const Vec3 place(any(0.3), any(0.3), random.uniform(0, 0.3)), spin(any(3), any(3), any(3));
+        scene.add_body({.shape = shape, .pose = {turned, place}, .angular_velocity = spin});
+      }
+      Response response({.rolling_resistance = 0.3});
+      for (int step = 0; step < 12; ++step) response.step(scene, detect(scene, 1e-3));
+      for (std::uint32_t i = 1; i < scene.indices(); ++i) CHECK(scene.poses()[i].translation.norm() < 2);
+    }
+  }
+}
+
+TEST_CASE("response: huge and tiny bodies in contact stay at finite places") {
+  for (const double radius : {1e-29, 1e-25, 1e-20, 1e-18, 1e-12, 1e-10, 1e10, 1e15, 1e18, 1e20, 1e22, 1e25, 1e29})
+    for (const double density : {1e-300, 1e-60, 1e-30, 1e-20, 1.0, 1e3, 1e15, 1e30}) {
+      CAPTURE(radius, density);
+      Scene scene;
+      scene.gravity.setZero();
+      const ShapeId ball = scene.add_shape(Sphere{radius});
+      scene.add_body({.shape = ball, .density = density});
+      scene.add_body({.shape = ball, .pose = Pose::at(1e-5 * radius, 7e-6 * radius, 0), .density = density});
+      Response response;
+      for (int step = 0; step < 3; ++step) {
+        CHECK(std::isfinite(response.step(scene, detect(scene, 0)).kinetic_energy));
+        for (const Pose& pose : scene.poses()) REQUIRE(is_valid(pose));
+      }
+    }
+}
+
+TEST_CASE("response: a tiny body as deep in a half-space as can be stays at a finite place") {
+  Scene scene;
+  scene.add_body({.shape = scene.add_shape(HalfSpace{{0.6, 0, 0.8}, 1e30}), .is_static = true});
+  scene.add_body({.shape = scene.add_shape(Cone{1e-20, 1e-20})});
+  Response response;
+  for (int step = 0; step < 3; ++step) {
+    response.step(scene, detect(scene, 0));
+    REQUIRE(is_valid(scene.poses()[1]));
+    CHECK(scene.velocities()[1].allFinite());
+  }
 }
 
 TEST_CASE("response: the same contacts make the same bits, and a pile comes to rest") {

@@ -64,6 +64,8 @@ TEST_CASE("shape JSON: every kind reads as its parameters say") {
   CHECK_THAT(refusal_of_shape(R"({"kind":"voxels","cell_size":1,"cells":[[0,0]]})"), Catch::Contains("/cells/0"));
   CHECK_THAT(refusal_of_shape(R"({"kind":"voxels","cell_size":1,"cells":[[0,0,0,21]]})"), Catch::Contains("/cells/0/3"));
   CHECK_THAT(refusal_of_shape(R"({"kind":"voxels","cell_size":1,"cells":[[1048576,0,0]]})"), Catch::Contains("cells[0]"));
+  CHECK_THAT(refusal_of_shape(R"({"kind":"voxels","cell_size":1,"cells":[[1e7,0,0]]})"),
+             Catch::EndsWith("a whole number from -2^20 to 2^20 - 1"));
   CHECK_THAT(refusal_of_shape(R"({"kind":"voxels","cell_size":0,"cells":[[0,0,0]]})"), Catch::Contains("/cell_size"));
 }
 
@@ -73,6 +75,8 @@ TEST_CASE("shape JSON: every kind may have rounding") {
   CHECK(shape_of(R"({"kind":"box","size":[1,2,3]})").rounding() == 0);
   CHECK_THAT(refusal_of_shape(R"({"kind":"cone","radius":1,"length":2,"rounding":-1})"), Catch::Contains("/rounding"));
   CHECK_THAT(refusal_of_shape(R"({"kind":"cone","radius":1,"length":2,"rounding":1e40})"), Catch::Contains("rounding"));
+  CHECK_THAT(refusal_of_shape(R"({"kind":"sphere","radius":1e30,"rounding":1e30})"),
+             Catch::StartsWith("document: sphere: radius is 2e30; it must be "));
 }
 
 TEST_CASE("shape JSON: what is written reads back as the same text") {

@@ -690,7 +690,12 @@ TEST_CASE("bad executor options are refused with what was found and what is allo
   CHECK_THROWS_WITH(make_executor({.threads = 4, .balance = {.split = {1, 2}}}),
                     Contains("balance.split: 1-2") && Contains("4"));
   CHECK_THROWS_WITH(make_executor({.threads = 4, .balance = {.split = {4, 0}}}), Contains("balance.split: 4-0"));
+  constexpr int most = std::numeric_limits<int>::max();
+  for (const Split split : {Split{most, most}, Split{most, 1}, Split{1000, 25}})
+    CHECK_THROWS_WITH(make_executor({.balance = {.split = split}}), Contains("at most 1024 threads in all"));
   CHECK_THROWS_WITH(make_executor({.batches = {.pairs = 0}}), Contains("batches.pairs: 0"));
+  CHECK_THROWS_WITH(make_executor({.stay_awake = 1e5 + 1e-9}), Contains("stay_awake: 100000.000000001"));
+  CHECK_THROWS_WITH(make_executor({.sharing = {.short_step_ms = -1e308}}), Contains("-1e+308"));
   CHECK_THROWS_WITH(make_executor({.sharing = {.short_step_ms = -1}}), Contains("sharing.short_step_ms"));
 }
 

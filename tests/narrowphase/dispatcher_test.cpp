@@ -253,3 +253,18 @@ TEST_CASE("a cut-off tells what is farther and changes nothing else") {
   CHECK_THROWS_AS(NarrowPhase(bad), std::invalid_argument);
   CHECK_THROWS_AS(plain.distance_within(Sphere{1}, Pose{}, Sphere{1}, Pose{}, std::nan("")), std::invalid_argument);
 }
+
+TEST_CASE("options that are refused are told with all their digits, in a short line") {
+  const auto refusal = [](NarrowPhaseOptions options) {
+    try {
+      const NarrowPhase solver(std::move(options));
+    } catch (const std::invalid_argument& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK(refusal({.tolerance = 0.1 + 1e-9}) == "tolerance: 0.100000001 is not in [0, 0.1]");
+  CHECK(refusal({.margin = -1e-9}) == "margin: -1e-9 is not finite and >= 0");
+  CHECK(refusal({.cutoff = -1e308}) == "cutoff: -1e308 is not >= 0");
+  CHECK(refusal({.solver = std::string(5000, 'x')}).size() < 300);
+}

@@ -306,6 +306,26 @@ TEST_CASE("penetration: two surfaces are as deep as they cross, and apart once t
   CHECK_FALSE(penetration_depth(a, {}, b, Pose::at(0.31, 0, 0)).collide);
 }
 
+TEST_CASE("penetration: points in one place, at the origin or not, are separated by next to nothing") {
+  const Vec3 zero = Vec3::Zero();
+  const Shape points[] = {Sphere{0}, Shape(Convex{{zero}}), Triangle{{zero, zero, zero}},
+                          Shape(Mesh{{zero}, {{0, 0, 0}}, false}), HalfSpace{{0, 0, 1}, 0}};
+  for (const Shape& a : points)
+    for (const Shape& b : points)
+      for (const double x : {0.0, 1.0}) {
+        if (!a.is_bounded() && !b.is_bounded()) continue;
+        const Pose at = Pose::at(x, 0, 0);
+        const DepthBounds bounds = penetration_depth(a, at, b, at);
+        CAPTURE(name(a.kind()), name(b.kind()), x, bounds.upper);
+        CHECK(bounds.collide);
+        CHECK(bounds.lower == 0);
+        CHECK(bounds.upper > 0);
+        CHECK(bounds.upper < 1e-12);
+        const Pose moved{at.rotation, at.translation + bounds.translation};
+        CHECK_FALSE(NarrowPhase().solve(a, at, b, moved, Request::collide).collide);
+      }
+}
+
 TEST_CASE("penetration: what is apart has none; bad options are refused") {
   const Shape a(torus(1, 0.3, 24, 12));
   CHECK_FALSE(penetration_depth(a, {}, a, Pose::at(3, 0, 0)).collide);

@@ -208,3 +208,13 @@ TEST_CASE("spheres alone are answered up to the first that rounding decides, wit
       CHECK(alone > 10);
     }
 }
+
+TEST_CASE("several pairs: spheres of another number of pairs are refused") {
+  Random r(11);
+  const Mixture mixture(r, 40);
+  std::vector<Contact> contacts;
+  Answers answers(mixture.pairs.size(), contacts);
+  const auto some = std::span(mixture.spheres).first(3);
+  CHECK_THROWS_AS(SeveralPairs().solve(mixture.pairs, contacts, answers, some), std::invalid_argument);
+  CHECK(contacts.empty());
+}

@@ -101,6 +101,59 @@ class Shapes(unittest.TestCase):
         np.testing.assert_array_equal(tandem.Mesh(SQUARE.astype(np.float32), [[0, 1, 2]]).vertices, SQUARE)
 
 
+    def test_whole_numbers_beyond_64_bits_with_a_sign(self):
+        for last in (2**63, 2**64 - 1):
+            cells = np.array([[0, 0, last]], np.uint64)
+            with self.assertRaisesRegex(ValueError, f"cells: {last} in row 0, allowed: "):
+                tandem.voxels(cells, 1)
+            with self.assertRaisesRegex(ValueError, f"triangles: {last} in row 0, allowed: "):
+                tandem.Mesh(SQUARE, cells)
+
+
+class Messages(unittest.TestCase):
+    def test_are_one_short_line_whatever_is_quoted(self):
+        name = "x" * 3000
+        scene = tandem.Scene()
+        odd = type(name, (), {})()
+        fields = np.zeros(3, [(f"field{i}", float) for i in range(100)])
+        bad = [
+            lambda: tandem.Pipeline(executor=name),
+            lambda: tandem.distance(BALL, None, BALL, None, solver=name),
+            lambda: tandem.builtin_scene(name),
+            lambda: tandem.overlapping_boxes(np.zeros((0, 2, 3)), method=name),
+            lambda: tandem.Recording(name, scene),
+            lambda: tandem.Recording("", scene),
+            lambda: tandem.write_scene(name, scene),
+            lambda: tandem.write_scene("", scene),
+            lambda: scene.add_body(-(10**4000)),
+            lambda: scene.add_body(odd),
+            lambda: tandem.distance(BALL, fields, BALL, None),
+            lambda: tandem.distance(odd, None, BALL, None),
+            lambda: tandem.distance(BALL, None, BALL, None, **{name: 1}),
+            lambda: tandem.distance(BALL, None, BALL, None, tolerance=-1e308),
+            lambda: tandem.distance(BALL, None, BALL, None, timeout=-1e308),
+            lambda: tandem.pose_at(None, None, 1e308),
+            lambda: tandem.height_field([[1, 2], [1, 2]], -1e308, 0),
+            lambda: tandem.overlapping_boxes([[[1e308, 0, 0], [-1e308, 0, 0]]]),
+        ]
+        for number, call in enumerate(bad):
+            with self.subTest(number=number), self.assertRaises((ValueError, TypeError)) as caught:
+                call()
+            self.assertLess(len(str(caught.exception)), 300)
+            self.assertNotIn("\n", str(caught.exception))
+
+    def test_tell_the_number_that_was_given(self):
+        for call, number in (
+            (lambda: tandem.distance(BALL, None, BALL, None, tolerance=0.1 + 1e-9), "0.100000001"),
+            (lambda: tandem.distance(BALL, None, BALL, None, timeout=-1e-9), "-1e-09"),
+            (lambda: tandem.pose_at(None, None, 1 + 1e-9), "1.000000001"),
+            (lambda: tandem.penetration_depth(BALL, None, BALL, None, gap=-1e-9), "-1e-9"),
+            (lambda: tandem.overlapping_boxes([[[1e-9, 0, 0], [0, 0, 0]]]), "from 1e-09 to 0"),
+        ):
+            with self.assertRaisesRegex(ValueError, number):
+                call()
+
+
 class Calls(unittest.TestCase):
     def test_refusals(self):
         scene = tandem.Scene()
@@ -110,6 +163,7 @@ class Calls(unittest.TestCase):
         bad = [
             (lambda: tandem.Pipeline(threads=-1), "threads"),
             (lambda: tandem.Pipeline(executor="fastest"), "executor.*flowgraph"),
+            (lambda: tandem.Pipeline(split=(2**31 - 1, 2**31 - 1)), "balance.split"),
             (lambda: tandem.Pipeline(margin=np.nan), "margin"),
             (lambda: tandem.Response(substeps=0), "substeps"),
             (lambda: scene.add_body("ball"), "shape"),

@@ -501,7 +501,8 @@ void Pipeline::move(std::uint32_t index, const Pose& pose, const Vec3& velocity,
 }
 
 void Pipeline::set_gravity(const Vec3& gravity) {
-  if (!gravity.allFinite()) throw std::invalid_argument("gravity is not finite, allowed: finite numbers");
+  if (!(gravity.array().abs() <= tolerance::largest_of_response).all())
+    throw std::invalid_argument("gravity: a component that is too large or no number, allowed: at most 1e30 m/s^2");
   impl_->bodies.scene().gravity = gravity;
 }
 void Pipeline::set_dt(double dt) {

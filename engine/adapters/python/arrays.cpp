@@ -5,6 +5,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -83,7 +84,7 @@ void read_seven(const double* v, Pose& pose) { pose = Pose::from(quaternion(v), 
 
 void require_unit_quaternion(const double* v, std::string_view what) {
   if (!has_unit_quaternion(v))
-    refuse(what, "a quaternion (w, x, y, z) of length " + std::to_string(quaternion(v).norm()), "length 1");
+    refuse(what, "a quaternion (w, x, y, z) of length " + written(quaternion(v).norm()), "length 1");
 }
 
 // Reads seven numbers of a list or tuple without making an array, which takes numpy a microsecond. False for anything
@@ -134,6 +135,11 @@ py::array_t<std::uint32_t> rows(std::span<const std::array<std::uint32_t, N>> va
 
 }  // namespace
 
+std::string written(double x) {
+  char text[32];
+  return {text, std::to_chars(text, text + sizeof text, x).ptr};
+}
+
 Doubles doubles(const py::handle& value, std::string_view what) {
   if (py::isinstance<Doubles>(value)) return py::reinterpret_borrow<Doubles>(value);
   const py::array array = any_array(value, what);
@@ -174,11 +180,16 @@ std::vector<std::array<Index, N>> index_rows(const py::handle& value, std::strin
   if (array.ndim() != 2 || array.shape(1) != columns)
     refuse(what, "an array of shape " + shape_text(array), shape_text({-1, columns}));
   const auto wide = py::array_t<std::int64_t, py::array::c_style | py::array::forcecast>::ensure(array);
+  // Numbers from 2^63 on became negative.
+  const bool is_unsigned = array.dtype().kind() == 'u';
   std::vector<std::array<Index, N>> out(static_cast<std::size_t>(wide.shape(0)));
   for (std::size_t i = 0; i < N * out.size(); ++i) {
     const std::int64_t index = wide.data()[i];
-    if (index < Range::min() || index > Range::max())
-      refuse(what, std::to_string(index) + " in row " + std::to_string(i / N),
+    const bool wrapped = is_unsigned && index < 0;
+    if (wrapped || index < Range::min() || index > Range::max())
+      refuse(what,
+             (wrapped ? std::to_string(static_cast<std::uint64_t>(index)) : std::to_string(index)) + " in row " +
+                 std::to_string(i / N),
              '[' + std::to_string(Range::min()) + ", " + std::to_string(Range::max()) + ']');
     out[i / N][i % N] = static_cast<Index>(index);
   }

@@ -20,6 +20,9 @@ namespace py = pybind11;
 
 using Doubles = py::array_t<double, py::array::c_style>;
 
+/// A number with all its digits, for messages.
+std::string written(double x);
+
 /// The argument as contiguous doubles: itself if it is such an array, else a copy of any array or sequence of real
 /// numbers. Throws std::invalid_argument "WHAT: ..." for anything else.
 Doubles doubles(const py::handle& value, std::string_view what);

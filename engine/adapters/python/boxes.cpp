@@ -35,8 +35,8 @@ std::vector<Aabb> boxes_in(const py::object& value, const char* what) {
   for (std::size_t i = 0; i < out.size(); ++i, x += 6)
     for (std::size_t k = 0; k < 3; ++k) {
       if (!(x[k] <= x[3 + k]) || !std::isfinite(x[k]) || !std::isfinite(x[3 + k]))
-        throw std::invalid_argument(std::string(what) + '[' + std::to_string(i) + "]: from " + std::to_string(x[k]) +
-                                    " to " + std::to_string(x[3 + k]) + " on axis " + std::to_string(k) +
+        throw std::invalid_argument(std::string(what) + '[' + std::to_string(i) + "]: from " + written(x[k]) + " to " +
+                                    written(x[3 + k]) + " on axis " + std::to_string(k) +
                                     ", allowed: finite, the least corner first");
       out[i].lo[k] = round_down(x[k]);
       out[i].hi[k] = round_up(x[3 + k]);

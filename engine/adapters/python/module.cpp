@@ -1,5 +1,9 @@
 // The Python module: all bindings.
+#include <stdexcept>
+
 #include "bindings.h"
+#include "formats/input_error.h"
+#include "formats/input_limits.h"
 #include "tandem/narrowphase/work_limit.h"
 #include "tandem/version.h"
 #include "type_errors.h"
@@ -10,6 +14,9 @@ PYBIND11_MODULE(_tandem, module) {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const tandem::WorkStopped& stopped) {
       PyErr_SetString(PyExc_TimeoutError, stopped.what());
+    } catch (const std::invalid_argument& refusal) {  // may quote a name or a type of any length
+      using namespace tandem;
+      PyErr_SetString(PyExc_ValueError, shortened(on_one_line(refusal.what()), limits::message_bytes).c_str());
     }
   });
   module.attr("__version__") = TANDEM_VERSION;

@@ -105,7 +105,7 @@ std::optional<FirstTouch> time_of_impact(const Shape& a, const py::object& from_
 Doubles place_at(const py::object& from, const py::object& to, double t, const py::object& straight_of) {
   const Motion motion{pose(from, "from_pose"), pose(to, "to_pose"), point(straight_of, "straight_of")};
   require_valid(motion, "motion");
-  if (!(t >= 0 && t <= 1)) throw std::invalid_argument("t: " + std::to_string(t) + ", allowed: [0, 1]");
+  if (!(t >= 0 && t <= 1)) throw std::invalid_argument("t: " + written(t) + ", allowed: [0, 1]");
   return to_array(pose_at(motion, t));
 }
 

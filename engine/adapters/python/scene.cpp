@@ -301,6 +301,9 @@ void bind_settings(py::class_<SharedScene>& scene) {
           [](SharedScene& s, const py::object& to) {
             const Vec3 v = vec3(to, "gravity");
             if (!v.allFinite()) throw std::invalid_argument("gravity: not finite, allowed: finite numbers, m/s^2");
+            if (!(v.cwiseAbs().maxCoeff() <= tolerance::largest_of_response))
+              throw std::invalid_argument("gravity: " + written(v.cwiseAbs().maxCoeff()) +
+                                          ", allowed: at most 1e30 m/s^2 in size");
             s.change([&](Scene& x) { x.gravity = v; });
           },
           "(3,), m/s^2")
@@ -308,7 +311,7 @@ void bind_settings(py::class_<SharedScene>& scene) {
           "dt", [](const SharedScene& s) { return s.read([](const Scene& x) { return x.dt; }); },
           [](SharedScene& s, double to) {
             if (!(to > 0 && to <= tolerance::longest_time_step))
-              throw std::invalid_argument("dt: " + std::to_string(to) + ", allowed: " + tolerance::time_step_range);
+              throw std::invalid_argument("dt: " + written(to) + ", allowed: " + tolerance::time_step_range);
             s.change([&](Scene& x) { x.dt = to; });
           },
           "s, of one step")

@@ -2,6 +2,7 @@
 #include "journal.h"
 
 #include <fcntl.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <bit>
@@ -44,14 +45,24 @@ void write_zones(JsonWriter& out, const Clash& clash) {
   out.end_array();
 }
 
+std::size_t count(const JsonRef& json) {
+  if (!json.value().is_number_unsigned()) json.refuse("a whole number >= 0");
+  return json.value().get<std::size_t>();
+}
+
+void require_two(const JsonRef& json, std::string_view allowed) {
+  json.require_array(allowed);
+  if (json.size() != 2) json.refuse(allowed);
+}
+
 void read_zones(const JsonRef& entry, Clash& clash) {
-  clash.zone_count = entry.at("zone_count").value().get<std::size_t>();
+  clash.zone_count = count(entry.at("zone_count"));
   const JsonRef zones = entry.at("zones");
-  zones.require_array("zones");
+  zones.require_array("an array of zones");
   for (std::size_t i = 0; i < zones.size(); ++i) {
     const JsonRef zone = zones.at(i), bounds = zone.at("bounds");
-    bounds.require_array("two corners");
-    clash.zones.push_back({zone.at("triangle_pairs").value().get<std::size_t>(),
+    require_two(bounds, "two corners");
+    clash.zones.push_back({count(zone.at("triangle_pairs")),
                            zone.at("place").vec3(),
                            {bounds.at(std::size_t{0}).vec3(), bounds.at(std::size_t{1}).vec3()}});
   }
@@ -72,25 +83,32 @@ std::string line(const Pair& pair, const Answer& answer) {
 Answer read(const JsonRef& entry, std::size_t parts) {
   Answer out;
   const JsonRef pair = entry.at("pair");
-  pair.require_array("two parts");
+  constexpr std::string_view two = "two parts, in their order";
+  require_two(pair, two);
   const auto most = static_cast<std::uint32_t>(parts - 1);
   out.clash.a = pair.at(std::size_t{0}).whole(most);
   out.clash.b = pair.at(std::size_t{1}).whole(most);
+  if (out.clash.a >= out.clash.b) pair.refuse(two);
   out.near = entry.at("near").flag();
   out.clash.intersects = entry.at("intersects").flag();
-  out.clash.triangle_pairs = entry.at("triangle_pairs").value().get<std::size_t>();
+  out.clash.triangle_pairs = count(entry.at("triangle_pairs"));
   out.clash.distance = entry.at("distance").number();
   out.clash.place = entry.at("place").vec3();
   out.clash.normal = entry.at("normal").vec3();
   out.clash.status = static_cast<Status>(entry.at("status").whole(static_cast<std::uint32_t>(Status::unproven)));
-  out.clash.error_bound = entry.at("error_bound").number();
+  out.clash.error_bound = entry.at("error_bound").number_at_least(0);
   read_zones(entry, out.clash);
   return out;
 }
 
 int opened(const std::filesystem::path& path) {
+  const auto refuse = [&](std::string_view found) {
+    throw InputError("--resume " + path.string(), found, "a regular file, or the name of a new one");
+  };
+  struct ::stat about {};
+  if (::stat(path.c_str(), &about) == 0 && !S_ISREG(about.st_mode)) refuse("a folder, pipe or device");
   const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor < 0) throw InputError("--resume " + path.string(), std::strerror(errno));
+  if (descriptor < 0) refuse(std::strerror(errno));
   return descriptor;
 }
 

@@ -19,8 +19,8 @@ using BlockRunner = std::function<void(std::size_t blocks, const std::function<v
 /// Points origin + t direction, 0 <= t <= t_max.
 struct Ray {
   std::array<double, 3> origin{};
-  std::array<double, 3> direction{};  ///< finite, not zero; t is in units of its length
-  double t_max = 0;                   ///< >= 0, infinity is allowed
+  std::array<double, 3> direction{};  ///< finite, not zero (below 1e-308 counts as zero); t is in units of its length
+  double t_max = 0;                   ///< >= 0, infinity is allowed, and then any t that a double can be
 };
 
 /// A box on a ray, from the t where the ray enters it (0 when it starts inside).
@@ -101,7 +101,8 @@ class BoxQueries {
   void overlapping(const Aabb& box, std::vector<std::uint32_t>& out) const;
   /// The boxes that the ray hits, by (t, index). Appends to `out`.
   void along(const Ray& ray, std::vector<RayHit>& out) const;
-  /// The k boxes nearest to a finite point, fewer if there are fewer, by (distance, index). Appends to `out`.
+  /// The k boxes nearest to a point of coordinates up to 1e150 in size, fewer if there are fewer, by (distance, index).
+  /// Appends to `out`.
   void nearest(const std::array<double, 3>& point, std::size_t k, std::vector<Neighbour>& out) const;
 
   /// The same queries, many at once.

@@ -7,6 +7,13 @@ from typing import Any
 import numpy as np
 
 WHOLE = (int, np.integer)
+MOST = 280  # characters of a message
+
+
+def shortened(text: str) -> str:
+    """On one line, without its middle where it is long: a name or a type may be."""
+    line = " ".join(text.split())
+    return line if len(line) <= MOST else f"{line[: MOST // 2]}...{line[3 - MOST // 2 :]}"
 
 
 class Argument:
@@ -127,4 +134,4 @@ def explained(text: str, given: tuple[Any, ...], named: Mapping[str, Any]) -> st
         complaints.append(complaint(known, given[1:] if is_made else given, named))
     if not complaints:
         return text
-    return f"{called}: {max(complaints, key=lambda c: c[0])[1]}"
+    return shortened(f"{called}: {max(complaints, key=lambda c: c[0])[1]}")

@@ -56,10 +56,11 @@ class ContactEvents {
   /// O(contacts). Not after a step that its deadline ended (StepIssue::incomplete): its unfinished pairs would be
   /// reported as ended.
   void update(const Scene& scene, const ContactList& contacts) {
-    std::swap(touching_, before_);
-    touching_.clear();
+    // Where this throws, the list is of another scene and the events are as before.
+    before_.clear();
     for (const PairResult& pair : contacts.pairs)
-      if (pair.answer.collide) touching_.push_back(body_pair(scene, pair));
+      if (pair.answer.collide) before_.push_back(body_pair(scene, pair));
+    std::swap(touching_, before_);
     began_.clear();
     stayed_.clear();
     ended_.clear();
@@ -94,10 +95,10 @@ class PairMap {
   /// O(contacts).
   template <class Dropped>
   void update(const Scene& scene, const ContactList& contacts, Dropped&& dropped) {
+    pairs_before_.clear();
+    for (const PairResult& pair : contacts.pairs) pairs_before_.push_back(body_pair(scene, pair));
     std::swap(pairs_, pairs_before_);
     std::swap(values_, values_before_);
-    pairs_.clear();
-    for (const PairResult& pair : contacts.pairs) pairs_.push_back(body_pair(scene, pair));
     values_.clear();
     values_.resize(pairs_.size());
     compare_pairs(
@@ -142,18 +143,18 @@ class ContactMap {
   /// As ContactEvents::update; points without a predecessor get Value{}, like new pairs of PairMap. O(contacts) times
   /// the points of a pair.
   void update(const Scene& scene, const ContactList& contacts) {
+    pairs_before_.clear();
+    for (const PairResult& pair : contacts.pairs) pairs_before_.push_back(body_pair(scene, pair));
     std::swap(pairs_, pairs_before_);
     std::swap(first_, first_before_);
     std::swap(points_, points_before_);
     std::swap(values_, values_before_);
-    pairs_.clear();
     first_.clear();
     points_.clear();
     values_.clear();
     values_.resize(contacts.contacts.size());
     points_.resize(contacts.contacts.size());
     for (const PairResult& pair : contacts.pairs) {
-      pairs_.push_back(body_pair(scene, pair));
       first_.push_back(pair.first_contact);
       const Pose& pose = scene.poses()[pair.a];
       for (std::size_t k = pair.first_contact; k < pair.first_contact + pair.contact_count; ++k) {

@@ -8,7 +8,8 @@
 
 namespace tandem {
 
-/// Parameters of a response. Defaults suit metre-sized rigid bodies at 60 Hz.
+/// Parameters of a response, none above 1e30, but for speeds, of which more counts as that. Defaults suit metre-sized
+/// rigid bodies at 60 Hz.
 struct ResponseOptions {
   int substeps = 4;                   ///< [1, 64]; more makes contacts stiffer
   double friction = 0.5;              ///< Coulomb, >= 0
@@ -19,7 +20,7 @@ struct ResponseOptions {
   double max_speed = 500;             ///< m/s, > 0: faster bodies are slowed to this
   /// The same as the pipeline's, if it has one: continuous bodies pass through dropped pairs.
   PairPredicate predicate{};
-  int threads = 0;                    ///< in all, the caller counted, [0, 1024]; 0: those of the arena it is called in
+  int threads = 0;  ///< in all, the caller counted, [0, 1024]; 0: those of the arena it is called in
 };
 
 struct ResponseReport {
@@ -40,7 +41,8 @@ double recommended_margin(const Scene& scene);
 /// from the step before. One response a scene. Contacts of bodies that have nothing to do with each other are solved in
 /// parallel; the order of the others follows the contact list, so the motion is the same bits for any executor and any
 /// number of threads. Continuous bodies go as far as ContinuousMotion lets them. A body without weight (a point),
-/// or of less than 1e-100 kg or more than 1e100, stays where it is.
+/// or with a mass (kg) or a moment of inertia (kg m^2) below 1e-80 or above 1e80, stays where it is. Moments of inertia
+/// below 1e-8 of a body's largest count as that much.
 class Response {
  public:
   /// Throws std::invalid_argument that names the option, its value and what is allowed.
@@ -49,8 +51,8 @@ class Response {
   Response(Response&&) noexcept;
   Response& operator=(Response&&) noexcept;
   /// Detection must have run on these poses; contacts with negative depth are used to stop bodies in time. Throws
-  /// std::invalid_argument if the scene's dt is not > 0 or more than 1000 s, its gravity is not finite, or the contacts
-  /// are of bodies that it does not have.
+  /// std::invalid_argument if the scene's dt is not > 0 or more than 1000 s, a component of its gravity is not a number
+  /// of at most 1e30 m/s^2 in size, or the contacts are of bodies that it does not have.
   ResponseReport step(Scene& scene, const ContactList& contacts);
 
  private:

@@ -127,7 +127,7 @@ class Scene {
   void move(std::uint32_t index, const Pose& pose, const Vec3& velocity, const Vec3& angular_velocity);
 
   std::string name;
-  Vec3 gravity{0, 0, -9.81};  ///< m/s^2, finite, else Response throws
+  Vec3 gravity{0, 0, -9.81};  ///< m/s^2, at most 1e30 each, else Response throws
   double dt = 1.0 / 60;       ///< s, of one step; finite, > 0, else Response throws
   Request request = Request::contacts;
 
