@@ -56,10 +56,15 @@ std::unique_ptr<Executor> executor_of(const PipelineOptions& options) {
   return made;
 }
 
-std::size_t kept_by(const PairPredicate& predicate, std::span<Pair> pairs, const Scene& scene) {
+std::size_t count_kept(const PairPredicate& predicate, std::span<Pair> pairs) {
   const std::size_t kept = predicate(pairs);
   if (kept > pairs.size())
     throw std::out_of_range("predicate: kept " + std::to_string(kept) + " pairs of " + std::to_string(pairs.size()));
+  return kept;
+}
+
+std::size_t kept_by(const PairPredicate& predicate, std::span<Pair> pairs, const Scene& scene) {
+  const std::size_t kept = count_kept(predicate, pairs);
   const auto is_body = [&](std::uint32_t index) { return index < scene.indices() && scene.alive(index); };
   for (const auto [a, b] : pairs.first(kept))
     if (a == b || !is_body(a) || !is_body(b))

@@ -26,8 +26,9 @@ std::unique_ptr<BroadPhase> broad_phase_of(const PipelineOptions& options);
 std::unique_ptr<CostModel> costs_of(const PipelineOptions& options);
 std::unique_ptr<Executor> executor_of(const PipelineOptions& options);
 
-/// The number of pairs that the predicate keeps of a batch. Throws if they are more, or one is not of two different
-/// bodies of the scene: others would be read.
+/// The number of pairs that the predicate keeps of a batch. Throws if they are more than it was given.
+std::size_t count_kept(const PairPredicate& predicate, std::span<Pair> pairs);
+/// The same. Throws also if one is not of two different bodies of the scene: others would be read.
 std::size_t kept_by(const PairPredicate& predicate, std::span<Pair> pairs, const Scene& scene);
 
 /// Validates the list of a step by a user's broad phase or executor, before anything relies on its order; empties one

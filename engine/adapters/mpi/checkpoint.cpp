@@ -193,9 +193,9 @@ std::uint64_t Checkpoint::read(Pipeline& pipeline, const std::string& path) {
   std::uint64_t sum[] = {sum_of(records)};
   communicator.sum(std::span<std::uint64_t>(sum));
   if (sum[0] != header.sum) throw std::invalid_argument(name + "is altered: its bodies' checksum is another");
-  for (const BodyRecord& record : records) impl.changes.push_back({Change::Kind::add, 0, record});
-  pipeline.set_gravity(Eigen::Map<const Vec3>(header.gravity.data()));
+  pipeline.set_gravity(Eigen::Map<const Vec3>(header.gravity.data()));  // these two may refuse, so they come first
   pipeline.set_dt(header.dt);
+  for (const BodyRecord& record : records) impl.changes.push_back({Change::Kind::add, 0, record});
   impl.steps = header.steps;
   return header.steps;
 }

@@ -16,6 +16,7 @@
 #include "costs.h"
 #include "cpu_time.h"
 #include "kept_messages.h"
+#include "pipeline/pipeline_parts.h"
 #include "pipeline_impl.h"
 #include "rebalancer.h"
 #include "regions.h"
@@ -77,8 +78,8 @@ PipelineOptions Pipeline::Impl::detecting() {
   PipelineOptions out = options.rank;
   out.answer.contact_hash = false;  // replaced by the sum of pairs' hashes
   out.predicate = [this](std::span<Pair> candidates) {
-    const std::size_t kept = take_own(candidates);
-    return options.rank.predicate ? options.rank.predicate(candidates.first(kept)) : kept;
+    const std::span<Pair> own = candidates.first(take_own(candidates));
+    return options.rank.predicate ? count_kept(options.rank.predicate, own) : own.size();
   };
   return out;
 }
