@@ -42,7 +42,8 @@ Mesh read_mesh_file(const std::filesystem::path& path) {
   const std::string file = path.string();
   const Read read = reader_of(path);
   if (read == nullptr) {
-    const InputFile must_exist(path, InputFile::Kind::regular);
+    std::error_code none;
+    if (!std::filesystem::is_other(path, none)) const InputFile must_exist(path, InputFile::Kind::regular);
     throw InputError(file, "extension '" + quotation(path.extension().string()) + '\'', mesh_extensions);
   }
   return read(file, read_file(path, limits::mesh_bytes), path.parent_path());

@@ -83,9 +83,9 @@ inline constexpr double distance_rounding = 4e-15;
 /// rotations that are off by 2e-6. Less: such rotations hide a touch. More: more pairs are tested.
 inline constexpr double gap_left = 1e-5;
 
-/// The least moment of inertia of a body that a response moves, relative to its largest: that of a needle 20,000 times
-/// as long as wide. Less: the inverse in world axes is lost in rounding, and contacts throw needles 100,000 times as
-/// long as wide away. More: thick needles turn too slowly about their axes.
+/// The least moment of inertia of a body that a response moves, relative to its largest: that of a needle some 12,000
+/// times as long as wide. Less: the inverse in world axes is lost in rounding, and contacts throw needles 100,000 times
+/// as long as wide away. More: thick needles turn too slowly about their axes.
 inline constexpr double least_moment = 1e-8;
 /// The masses, kg, and moments of inertia, kg m^2, beyond which bodies do not move: the product of three inverse
 /// moments, and the square of one times the square of an arm of 1e30 m, are finite, and so are their inverses. Ten
