@@ -3,10 +3,16 @@
 
 #include <algorithm>
 #include <bit>
+#include <limits>
 
 #include "storage/memory.h"
 
 namespace tandem {
+namespace {
+
+constexpr float unbounded = std::numeric_limits<float>::infinity();
+
+}  // namespace
 
 float round_up(double x) {
   constexpr double largest = std::numeric_limits<float>::max();
@@ -26,11 +32,15 @@ std::size_t BoxArray::memory() const {
   return bytes;
 }
 
+// Here and not in the header: a host's -ffast-math would take infinity for a value that does not occur.
+void BoxArray::set_empty(std::size_t i) {
+  set(i, {{unbounded, unbounded, unbounded}, {-unbounded, -unbounded, -unbounded}});
+}
+
 void BoxArray::resize(std::size_t n) {
-  constexpr float inf = std::numeric_limits<float>::infinity();
   for (std::size_t bound = 0; bound < 6; ++bound) {
     std::vector<float>& values = bounds_[bound];
-    const float empty = bound < 3 ? inf : -inf;
+    const float empty = bound < 3 ? unbounded : -unbounded;
     values.resize(n + padding);
     std::fill(values.begin() + static_cast<std::ptrdiff_t>(std::min(size_, n)), values.end(), empty);
   }

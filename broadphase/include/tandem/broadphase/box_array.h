@@ -3,7 +3,6 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <span>
 #include <vector>
 
@@ -50,10 +49,7 @@ class BoxArray {
     }
   }
   /// Makes the box of body i empty: the body is in no pair until its box is set again.
-  void set_empty(std::size_t i) {
-    constexpr float inf = std::numeric_limits<float>::infinity();
-    set(i, {{inf, inf, inf}, {-inf, -inf, -inf}});
-  }
+  void set_empty(std::size_t i);
 
  private:
   std::size_t size_ = 0;
