@@ -9,10 +9,13 @@ foreach(variable ARCHIVE NM OBJCOPY)
     message(FATAL_ERROR "${variable} is not set")
   endif()
 endforeach()
-execute_process(COMMAND ${NM} --defined-only ${ARCHIVE} OUTPUT_VARIABLE symbols COMMAND_ERROR_IS_FATAL ANY)
-# W: weak functions. n: names of groups of these, such as the two variants of a constructor.
-string(REGEX MATCHALL "[0-9a-f]+ [Wn] [^\n]+" symbols "${symbols}")
-list(TRANSFORM symbols REPLACE "^[0-9a-f]+ [Wn] " "")
+execute_process(COMMAND ${NM} --defined-only --format=sysv ${ARCHIVE} OUTPUT_VARIABLE symbols
+                COMMAND_ERROR_IS_FATAL ANY)
+# Lines of name, value, class, type and more. W: weak functions, and clang's thread-local variables (TLS). n: names of
+# groups of functions, such as the two variants of a constructor.
+string(REGEX MATCHALL "[^\n|]+\\|[0-9a-f]+\\| +[Wn] +\\|[^\n|]+" symbols "${symbols}")
+list(FILTER symbols EXCLUDE REGEX "TLS$")
+list(TRANSFORM symbols REPLACE " *\\|.*$" "")
 list(REMOVE_DUPLICATES symbols)
 list(FILTER symbols EXCLUDE REGEX "\\.tandem$")
 list(TRANSFORM symbols REPLACE "^(.+)$" "\\1 \\1.tandem\n")
