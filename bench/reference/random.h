@@ -36,6 +36,11 @@ class Random {
       if (n > 0.01 && n < 1) return v / std::sqrt(n);
     }
   }
+  /// A random direction times a length in [lo, hi).
+  Vec3 vec_of_length(double lo, double hi) {
+    const double length = in(lo, hi);
+    return length * direction();
+  }
   Quat quaternion() {
     for (;;) {
       const double w = in(-1, 1), x = in(-1, 1), y = in(-1, 1);

@@ -39,7 +39,8 @@ class Life {
     } else if (what == 2) {
       scene_.set_shape(body, shapes_[static_cast<std::size_t>(random_.in(0, 4))]);
     } else if (what == 3) {
-      scene_.set_filter(body, random_.in(0, 1) < 0.8 ? 1 : 2, random_.in(0, 1) < 0.8 ? ~0u : 2);
+      const std::uint32_t groups = random_.in(0, 1) < 0.8 ? 1 : 2;
+      scene_.set_filter(body, groups, random_.in(0, 1) < 0.8 ? ~0u : 2);
     } else if (what == 4) {
       scene_.set_static(body, random_.in(0, 1) < 0.3);
     } else if (what == 5) {

@@ -52,6 +52,10 @@ BodyOptions target(Scene& scene, int kind, const Vec3& at, double f, Random& r) 
     body.velocity = shift;
     body.pose.translation -= f * shift;
   };
+  const auto shift_of_any_order = [&]() -> Vec3 {
+    const double length = std::pow(10, r.in(0, 3));
+    return length * r.direction();
+  };
   switch (kind) {
     case 0:
       body.shape = scene.add_shape(Box{{30, 20, 0.001}});
@@ -70,19 +74,19 @@ BodyOptions target(Scene& scene, int kind, const Vec3& at, double f, Random& r) 
       break;
     case 4:
       body.shape = scene.add_shape(Box{{0.2, 0.1, 40}});
-      body.angular_velocity = r.in(0.1, 2.5) * r.direction();
-      moves(r.in(0, 3) * r.direction());
+      body.angular_velocity = r.vec_of_length(0.1, 2.5);
+      moves(r.vec_of_length(0, 3));
       break;
     case 5:
       body.shape = scene.add_shape(Box{{30, 20, 0.001}});
-      moves(std::pow(10, r.in(0, 3)) * r.direction());
+      moves(shift_of_any_order());
       break;
     default:
       body.shape = scene.add_shape(random_shape(bounded_convex[kind % 7], r));
       body.is_static = false;
       body.continuous = kind % 2 == 0;
-      body.angular_velocity = r.in(0, 2) * r.direction();
-      moves(std::pow(10, r.in(0, 3)) * r.direction());
+      body.angular_velocity = r.vec_of_length(0, 2);
+      moves(shift_of_any_order());
   }
   return body;
 }
@@ -174,8 +178,8 @@ struct Room {
       }
       const auto place = [&](int k) { return (k - 1.5) * 2; };
       body.pose = {r.rotation(), Vec3(place(i % 4), place(i / 4 % 4), place(i / 16 % 4))};
-      body.velocity = r.in(0.1, 1) * fastest * r.direction();
-      body.angular_velocity = r.in(0, 60) * r.direction();
+      body.velocity = fastest * r.vec_of_length(0.1, 1);
+      body.angular_velocity = r.vec_of_length(0, 60);
       body.continuous = true;
       bullets.push_back(scene.add_body(body));
     }
@@ -223,7 +227,7 @@ TEST_CASE("continuous: thousands of shots at thin things that stand, turn and mo
                                                                : random_shape(bounded_convex[body_kind], r)),
                        .pose = Pose{r.rotation(), at - f * shift + r.vec(-2, 2)},
                        .velocity = shift,
-                       .angular_velocity = i % 3 == 0 ? Vec3(Vec3::Zero()) : Vec3(r.in(0, 2.5) * r.direction()),
+                       .angular_velocity = i % 3 == 0 ? Vec3(Vec3::Zero()) : Vec3(r.vec_of_length(0, 2.5)),
                        .continuous = true};
     scene.add_body(bullet);
     scene.add_body(target(scene, kind, at, std::min(f, 1.0), r));
@@ -261,7 +265,8 @@ TEST_CASE("continuous: no bullet leaves a room of thin walls and meshes, whateve
       for (const auto& [id, away] : {std::pair(stop.a, -1.0), std::pair(stop.b, 1.0)}) {
         if (room.scene.is_static()[id.index()]) continue;
         const Vec3 out = away * stop.normal + 0.9 * r.direction();
-        room.scene.set_velocity(id, r.in(100, 3000) * out.normalized(), r.in(0, 60) * r.direction());
+        const double speed = r.in(100, 3000);
+        room.scene.set_velocity(id, speed * out.normalized(), r.vec_of_length(0, 60));
       }
   }
   CHECK(stops > 3000);

@@ -47,9 +47,9 @@ std::vector<MovedGeometry> kinds() {
 Transform moved(const Transform& from, std::mt19937& random, double turn, double shift) {
   std::uniform_real_distribution<double> number(-1, 1);
   Transform to = from;
-  const ::fcl::Vector3d axis(number(random), number(random), number(random));
+  const ::fcl::Vector3d axis{number(random), number(random), number(random)};
   to.linear() = Eigen::AngleAxisd(turn * number(random), axis.normalized()).toRotationMatrix() * from.linear();
-  to.translation() += shift * ::fcl::Vector3d(number(random), number(random), number(random));
+  to.translation() += shift * ::fcl::Vector3d{number(random), number(random), number(random)};
   return to;
 }
 

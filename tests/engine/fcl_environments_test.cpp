@@ -39,7 +39,7 @@ using Geometry = std::shared_ptr<::fcl::CollisionGeometry<S>>;
 
 template <class S>
 ::fcl::Transform3<S> random_pose(Random& random, double reach) {
-  ::fcl::Quaternion<S> q(S(uniform(random, -1, 1)), S(uniform(random, -1, 1)), S(uniform(random, -1, 1)), S(1.1));
+  ::fcl::Quaternion<S> q{S(uniform(random, -1, 1)), S(uniform(random, -1, 1)), S(uniform(random, -1, 1)), S(1.1)};
   ::fcl::Transform3<S> pose = ::fcl::Transform3<S>::Identity();
   pose.linear() = q.normalized().toRotationMatrix();
   for (int k = 0; k < 3; ++k) pose.translation()[k] = S(uniform(random, -reach, reach));
@@ -505,7 +505,7 @@ TEST_CASE("an octree from octomap's file as voxels: a ball meets and is as far a
   Random random(13);
   int hits = 0;
   for (int i = 0; i < 60; ++i) {
-    const tandem::Vec3 at(uniform(random, -2, 2), uniform(random, -2, 2), uniform(random, -2, 2));
+    const tandem::Vec3 at{uniform(random, -2, 2), uniform(random, -2, 2), uniform(random, -2, 2)};
     const tandem::Shape ball = tandem::Sphere{0.1};
     double least = std::numeric_limits<double>::infinity();
     for (const auto& cell : cells) {

@@ -29,8 +29,8 @@ class Placed final : public Object<S> {
 };
 
 template <class S>
-::fcl::AABB<S> box_at(double x, double y, double z, double size) {
-  return {::fcl::Vector3<S>(S(x), S(y), S(z)), ::fcl::Vector3<S>(S(x + size), S(y + size), S(z + size))};
+::fcl::AABB<S> box_at(const ::fcl::Vector3d& low, double size) {
+  return {low.template cast<S>(), ::fcl::Vector3d(low.array() + size).template cast<S>()};
 }
 
 /// Random boxes; `endless`: unbounded ones among them, on some of which FCL's tree ends in a segmentation fault.
@@ -45,7 +45,7 @@ template <class S>
     return {::fcl::Vector3<S>(-inf, S(uniform(random, 0, 10)), -inf), ::fcl::Vector3<S>(inf, inf, S(3))};
   }
   const double size = kind < 6 ? uniform(random, 2, 9) : uniform(random, 0, 1);
-  return box_at<S>(uniform(random, 0, 12), uniform(random, 0, 12), uniform(random, 0, 12), size);
+  return box_at<S>(random_point(random, 0, 12), size);
 }
 
 template <class S>
@@ -208,9 +208,7 @@ TEST_CASE("an FCL manager's pairs and least distances, while objects come, go an
 TEST_CASE("a manager of many objects, of which some or all move, is asked as FCL's tree") {
   Random random(5);
   std::vector<std::unique_ptr<Placed<double>>> objects(3000);
-  const auto put = [&](Placed<double>& object) {
-    object.set(box_at<double>(uniform(random, 0, 20), uniform(random, 0, 20), uniform(random, 0, 20), 1));
-  };
+  const auto put = [&](Placed<double>& object) { object.set(box_at<double>(random_point(random, 0, 20), 1)); };
   std::vector<Object<double>*> all;
   for (auto& object : objects) {
     object = std::make_unique<Placed<double>>();
@@ -228,7 +226,7 @@ TEST_CASE("a manager of many objects, of which some or all move, is asked as FCL
     tree.update();
     REQUIRE(collide<double>(ours) == collide<double>(tree));
     Placed<double> far;
-    far.set(box_at<double>(uniform(random, -40, 60), 30, uniform(random, -40, 60), 1));
+    far.set(box_at<double>({uniform(random, -40, 60), 30, uniform(random, -40, 60)}, 1));
     Object<double>* const asked = &far;
     Least<double> least, theirs;
     ours.distance(asked, &least, keep_least<double>);
@@ -255,7 +253,7 @@ TEST_CASE("a callback that returns true is the last one") {
   std::vector<Object<double>*> all;
   for (auto& object : objects) {
     object = std::make_unique<Placed<double>>();
-    object->set(box_at<double>(0, 0, 0, 1));
+    object->set(box_at<double>({0, 0, 0}, 1));
     all.push_back(object.get());
   }
   tandem::fcl::CollisionManagerd manager, other;
@@ -280,9 +278,9 @@ TEST_CASE("a callback that returns true is the last one") {
 
 TEST_CASE("FCL objects registered twice, not registered, registered and not updated") {
   Placed<double> a, b, stranger;
-  a.set(box_at<double>(0, 0, 0, 1));
-  b.set(box_at<double>(0.5, 0, 0, 1));
-  stranger.set(box_at<double>(0, 0, 0, 1));
+  a.set(box_at<double>({0, 0, 0}, 1));
+  b.set(box_at<double>({0.5, 0, 0}, 1));
+  stranger.set(box_at<double>({0, 0, 0}, 1));
   tandem::fcl::CollisionManagerd ours;
   ::fcl::DynamicAABBTreeCollisionManager<double> tree;
   CHECK(ours.empty());
@@ -309,7 +307,7 @@ TEST_CASE("FCL objects registered twice, not registered, registered and not upda
   tree.clear();
   tree.registerObject(&a);
   tree.registerObject(&b);
-  b.set(box_at<double>(5, 0, 0, 1));
+  b.set(box_at<double>({5, 0, 0}, 1));
   CHECK(called_for<double>(ours).size() == 1);  // as they were
   CHECK(called_for<double>(tree).size() == 1);
   ours.update(&b);
@@ -334,7 +332,7 @@ TEST_CASE("an FCL manager takes boxes with NaN for what FCL's test makes of them
   ::fcl::NaiveCollisionManager<double> naive;
   for (std::size_t i = 0; i < objects.size(); ++i) {
     objects[i] = std::make_unique<Placed<double>>();
-    auto box = box_at<double>(static_cast<double>(i), 0, 0, 1.5);
+    auto box = box_at<double>({static_cast<double>(i), 0, 0}, 1.5);
     if (i % 7 == 0) box.min_[i % 3] = nan;
     if (i % 9 == 0) box.max_[i % 3] = nan;
     objects[i]->set(box);
@@ -350,7 +348,7 @@ TEST_CASE("many threads may ask an FCL manager right after objects were register
   Random random(3);
   for (auto& object : objects) {
     object = std::make_unique<Placed<double>>();
-    object->set(box_at<double>(uniform(random, 0, 10), uniform(random, 0, 10), uniform(random, 0, 10), 1));
+    object->set(box_at<double>(random_point(random, 0, 10), 1));
     manager.registerObject(object.get());
   }
   std::vector<PairCounts<double>> found(4);

@@ -13,6 +13,11 @@ inline double uniform(Random& random, double lo, double hi) {
   return lo + (hi - lo) * (static_cast<double>(random()) / 4294967296.0);
 }
 
+/// A point in the cube [lo, hi)^3.
+inline ::fcl::Vector3d random_point(Random& random, double lo, double hi) {
+  return {uniform(random, lo, hi), uniform(random, lo, hi), uniform(random, lo, hi)};
+}
+
 template <class S>
 using Object = ::fcl::CollisionObject<S>;
 template <class S>

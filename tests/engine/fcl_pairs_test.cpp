@@ -58,9 +58,9 @@ std::vector<GeometryPointer> convex_kinds() {
 ::fcl::Transform3d random_pose(std::mt19937& random, double reach) {
   std::uniform_real_distribution<double> number(-1, 1);
   ::fcl::Transform3d pose = ::fcl::Transform3d::Identity();
-  ::fcl::Quaterniond q(number(random), number(random), number(random), number(random));
+  ::fcl::Quaterniond q{number(random), number(random), number(random), number(random)};
   pose.linear() = q.normalized().toRotationMatrix();
-  pose.translation() = reach * ::fcl::Vector3d(number(random), number(random), number(random));
+  pose.translation() = reach * ::fcl::Vector3d{number(random), number(random), number(random)};
   return pose;
 }
 
@@ -190,7 +190,7 @@ TEST_CASE("contacts and distances name the triangles of meshes, as FCL's do") {
   std::mt19937 random(4);
   std::uniform_real_distribution<double> number(-0.3, 0.3);
   for (int i = 0; i < 40; ++i) {
-    at.translation() = ::fcl::Vector3d(number(random), number(random), 0.4 + 0.49);
+    at.translation() = ::fcl::Vector3d{number(random), number(random), 0.4 + 0.49};
     const FclObject ball(std::make_shared<::fcl::Sphered>(0.5), at);
     const ::fcl::CollisionRequestd request(4, true);
     ::fcl::CollisionResultd ours, theirs;

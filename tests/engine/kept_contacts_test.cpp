@@ -24,7 +24,15 @@ class Draw {
   double in(double lo, double hi) { return lo + (hi - lo) * (static_cast<double>(random_()) / 4294967296.0); }
   double power_of_ten(double lo, double hi) { return std::pow(10.0, in(lo, hi)); }
   Vec3 vector(double most) { return {in(-most, most), in(-most, most), in(-most, most)}; }
-  Quat rotation() { return Quat(in(-1, 1), in(-1, 1), in(-1, 1), in(-1, 1)).normalized(); }
+  Vec3 vec_of_length(double lo, double hi) {
+    const double length = in(lo, hi);
+    return length * vector(1).stableNormalized();
+  }
+  Quat rotation() { return Quat{in(-1, 1), in(-1, 1), in(-1, 1), in(-1, 1)}.normalized(); }
+  Pose pose(double most) {
+    const Quat turn = rotation();
+    return Pose::from(turn, vector(most));
+  }
   Mat3 turn(double angle) { return Eigen::AngleAxisd(angle, vector(1).stableNormalized()).toRotationMatrix(); }
 
  private:
@@ -82,9 +90,9 @@ TEST_CASE("kept contacts: distance, depth, normal and verdict are right within t
       Draw draw(static_cast<unsigned>(10 * i + j + 1));
       for (int round = 0; round < 4; ++round) {
         Scene scene;
-        Pose at_a = Pose::from(draw.rotation(), draw.vector(5)), at_b = at_a;
+        Pose at_a = draw.pose(5), at_b = at_a;
         at_b.rotation = draw.rotation().toRotationMatrix();
-        at_b.translation += draw.in(0.4, 0.9) * draw.vector(1).stableNormalized();
+        at_b.translation += draw.vec_of_length(0.4, 0.9);
         const BodyId a = scene.add_body({.shape = scene.add_shape(shapes[i]), .pose = at_a});
         const BodyId b = scene.add_body({.shape = scene.add_shape(shapes[j]), .pose = at_b});
         Pipeline pipeline({.executor = ExecutorKind::sequential, .answer = {.margin = margin, .keep_contacts = 0.01}});
@@ -127,10 +135,10 @@ TEST_CASE("kept contacts: answers of bodies at rest stand, and are right within 
       const bool bounded = shapes[i].is_bounded();
       for (int round = 0; round < 4; ++round) {
         Scene scene;
-        const Pose at_a = bounded ? Pose::from(draw.rotation(), draw.vector(5)) : Pose{};
+        const Pose at_a = bounded ? draw.pose(5) : Pose{};
         Pose at_b = at_a;
         at_b.rotation = draw.rotation().toRotationMatrix();
-        at_b.translation += draw.in(0.2, 0.9) * draw.vector(1).stableNormalized();
+        at_b.translation += draw.vec_of_length(0.2, 0.9);
         const BodyId a = scene.add_body({.shape = scene.add_shape(shapes[i]), .pose = at_a, .is_static = !bounded});
         const BodyId b = scene.add_body({.shape = scene.add_shape(shapes[j]), .pose = at_b});
         Pipeline pipeline(

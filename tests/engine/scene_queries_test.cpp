@@ -935,7 +935,7 @@ TEST_CASE("configurations: continuous motions see what lies between, and what th
     for (std::size_t k = 0; k < a_motion; ++k) {
       for (Pose* pose : {&a, &b}) {
         poses.push_back(*pose);
-        pose->rotation = Eigen::AngleAxisd(random.in(0, 1), random.direction()).toRotationMatrix() * pose->rotation;
+        pose->rotation = Eigen::AngleAxisd{random.in(0, 1), random.direction()}.toRotationMatrix() * pose->rotation;
         pose->translation += random.vec(-1, 1);
       }
     }

@@ -88,7 +88,7 @@ struct CloseBoxes {
   Pose pose_a, pose_b;
 };
 CloseBoxes close_boxes(Random& r, double least, double most) {
-  const auto size = [&r] { return Vec3(std::pow(10.0, r.in(-1, 0.5)), std::pow(10.0, r.in(-1, 0.5)), r.in(0.2, 2)); };
+  const auto size = [&r] { return Vec3{std::pow(10.0, r.in(-1, 0.5)), std::pow(10.0, r.in(-1, 0.5)), r.in(0.2, 2)}; };
   CloseBoxes c{Box{size()}, Box{size()}, {r.rotation(), r.vec(-5, 5)}, {r.rotation(), Vec3::Zero()}};
   const Vec3 heading = r.direction();
   const auto gap = [&](double far) {
@@ -190,9 +190,10 @@ Pose on_ground(Random& r, const Shape& box, const Shape& ground, int kind) {
   if (kind == 0) pose.rotation = Eigen::AngleAxisd(r.in(0, 6), Vec3::UnitZ()).toRotationMatrix();
   if (kind == 1) pose.rotation = Eigen::AngleAxisd(r.in(0, 6), Vec3::UnitX()).toRotationMatrix();
   if (kind == 2) pose.rotation = r.rotation();
-  if (kind == 3) pose.rotation = Eigen::AngleAxisd(std::pow(10.0, r.in(-12, -2)), r.direction()).toRotationMatrix();
+  if (kind == 3) pose.rotation = Eigen::AngleAxisd{std::pow(10.0, r.in(-12, -2)), r.direction()}.toRotationMatrix();
   const double height = NarrowPhase().solve(ground, {}, box, pose, Request::distance).signed_distance;
-  pose.translation[2] = std::pow(10.0, r.in(-12, -0.5)) * (r.in(0, 1) < 0.3 ? 1 : -1) - height;
+  const double gap = std::pow(10.0, r.in(-12, -0.5));
+  pose.translation[2] = gap * (r.in(0, 1) < 0.3 ? 1 : -1) - height;
   return pose;
 }
 
@@ -209,10 +210,10 @@ TEST_CASE("several pairs at a time have the bits that they have one by one, on e
       c.pose_b.rotation = c.pose_a.rotation * Eigen::AngleAxisd(r.in(0, 6), Vec3::UnitZ()).toRotationMatrix();
     if (i % 5 == 2)
       c.pose_b.rotation =
-          c.pose_a.rotation * Eigen::AngleAxisd(std::pow(10.0, r.in(-12, -1)), r.direction()).toRotationMatrix();
+          c.pose_a.rotation * Eigen::AngleAxisd{std::pow(10.0, r.in(-12, -1)), r.direction()}.toRotationMatrix();
     if (i % 11 == 0) c.b = c.a;
     const PairAnswer far = NarrowPhase().solve(c.a, c.pose_a, c.b, c.pose_b, Request::distance);
-    const double wanted = std::pow(10.0, r.in(-13, -0.5)) * (r.in(0, 1) < 0.8 ? -1 : 1);
+    const double gap = std::pow(10.0, r.in(-13, -0.5)), wanted = gap * (r.in(0, 1) < 0.8 ? -1 : 1);
     c.pose_b.translation += (wanted - far.signed_distance) * far.normal;
     if (i % 97 == 0) c.pose_b = c.pose_a;
     if (i % 101 == 0) c.b = c.a, c.pose_b.translation = c.pose_a.translation;
@@ -329,14 +330,13 @@ TEST_CASE("box-box: contacts along the axis of two edges near a face lie on that
   const NarrowPhase n;
   int patches = 0;
   for (int i = 0; i < 3000; ++i) {
-    const auto size = [&r] { return Vec3(r.in(0.5, 2), r.in(0.5, 2), r.in(0.5, 2)); };
+    const auto size = [&r] { return Vec3{r.in(0.5, 2), r.in(0.5, 2), r.in(0.5, 2)}; };
     const Shape a(Box{size()}), b(Box{size()});
-    const Mat3 turn = (Eigen::AngleAxisd(std::pow(10.0, r.in(-4, -1.8)), r.direction()) *
-                       Eigen::AngleAxisd(r.in(0, 2 * M_PI), Vec3::UnitZ()))
-                          .toRotationMatrix();
+    const Eigen::AngleAxisd tilt{std::pow(10.0, r.in(-4, -1.8)), r.direction()};
+    const Mat3 turn = (tilt * Eigen::AngleAxisd(r.in(0, 2 * M_PI), Vec3::UnitZ())).toRotationMatrix();
     const Pose frame{r.rotation(), r.vec(-1, 1)};
     const double reach = 0.6 * (a.half_size()[0] + b.half_size()[0]);
-    Pose on_top{turn, Vec3(r.in(-reach, reach), r.in(-reach, reach), 0)};
+    Pose on_top{turn, Vec3{r.in(-reach, reach), r.in(-reach, reach), 0}};
     on_top.translation[2] = 4;
     on_top.translation[2] -= n.solve(a, Pose{}, b, on_top, Request::distance).signed_distance + r.in(0.001, 0.01);
     const Pose pose_b{frame.rotation * on_top.rotation, frame * on_top.translation};

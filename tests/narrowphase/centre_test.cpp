@@ -69,7 +69,7 @@ TEST_CASE("hulls of meshes that are apart: never farther than the meshes are, th
       for (int i = 0; i < 100; ++i) {
         const double far = i % 5 == 0 ? 1e5 : 0.0;
         const Pose pose_a{r.rotation(), Vec3(far, 0, -far)};
-        Pose pose_b{r.rotation(), pose_a.translation + r.in(0, 1.2) * b.size() * r.direction()};
+        Pose pose_b{r.rotation(), pose_a.translation + b.size() * r.vec_of_length(0, 1.2)};
         // Points are those of R v + t, also for rotations of six decimals.
         if (i % 2 == 0) pose_b.rotation = (pose_b.rotation * 1e6).array().round() / 1e6;
         const MeshGap gap = test_hulls(a, pose_a, b, pose_b), back = test_hulls(b, pose_b, a, pose_a);
@@ -108,7 +108,7 @@ TEST_CASE("the line between a mesh's hull and a convex shape tells no more than 
       const Shape convex = random_shape(kind, r);
       const double far = i % 5 == 0 ? 1e5 : 0.0;
       const Pose pose_mesh{r.rotation(), Vec3(far, 0, -far)};
-      const Pose pose_convex{r.rotation(), pose_mesh.translation + r.in(0, 4) * r.direction()};
+      const Pose pose_convex{r.rotation(), pose_mesh.translation + r.vec_of_length(0, 4)};
       const double gap = test_hull(mesh, pose_mesh, convex, pose_convex);
       const PairAnswer answer = exact.solve(mesh, pose_mesh, convex, pose_convex, Request::distance);
       CAPTURE(kind, i, gap);

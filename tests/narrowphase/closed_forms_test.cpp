@@ -129,13 +129,16 @@ TEST_CASE("capsules that cross, parallel but for rounding: the points are as far
     const Pose pose{r.rotation(), Vec3::Zero()};
     const Vec3 across = pose.rotation.col(r.below(2));
     const Mat3 leaning = Eigen::AngleAxisd(r.in(1, 9) * 1e-10, across).toRotationMatrix();
-    const Pose at{leaning * pose.rotation, r.in(0.1, 0.5) * across + r.in(-0.05, 0.05) * pose.rotation.col(2)};
+    const double aside = r.in(0.1, 0.5);
+    const Pose at{leaning * pose.rotation, aside * across + r.in(-0.05, 0.05) * pose.rotation.col(2)};
     const PairAnswer answer = NarrowPhase().solve(a, pose, b, at, Request::distance);
     REQUIRE((answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm() <= 1e-14);
   }
 }
 
-TEST_CASE("the distance of a point to a surface is as long as the least along any direction, and a line leaves where the surface is") {
+TEST_CASE(
+    "the distance of a point to a surface is as long as the least along any direction, and a line leaves where the "
+    "surface is") {
   Random r(8);
   for (const ShapeKind kind : {ShapeKind::box, ShapeKind::capsule, ShapeKind::cylinder, ShapeKind::cone,
                                ShapeKind::ellipsoid, ShapeKind::convex})

@@ -96,7 +96,7 @@ TEST_CASE("convex: the witness points lie on both surfaces, the signed distance 
         // The same with parallel faces and edges, in a rotated world, and tilted by tiny angles.
         pb.rotation = pa.rotation * aligned();
         check_points(a, pa, b, pb, 2 * accuracy_of(a, b));
-        pb.rotation = pb.rotation * Eigen::AngleAxisd(std::pow(10.0, r.in(-16, -3)), r.direction()).toRotationMatrix();
+        pb.rotation = pb.rotation * Eigen::AngleAxisd{std::pow(10.0, r.in(-16, -3)), r.direction()}.toRotationMatrix();
         check_points(a, pa, b, pb, 2 * accuracy_of(a, b));
       }
     }

@@ -238,7 +238,9 @@ Shape round_shape(ShapeKind kind) {
 }
 
 /// A rotation by tiny angles about each axis.
-Mat3 hardly_turned(double x, double y, double z) { return (Mat3() << 1, -z, y, z, 1, -x, -y, x, 1).finished(); }
+Mat3 hardly_turned(const Vec3& v) {
+  return (Mat3() << 1, -v.z(), v.y(), v.z(), 1, -v.x(), -v.y(), v.x(), 1).finished();
+}
 
 bool is_unit(const Vec3& n) { return std::abs(n.norm() - 1) < 1e-12; }
 
@@ -255,7 +257,7 @@ TEST_CASE("degenerate: places and turns so small that their squares are lost cha
         for (const bool along_axis : {true, false})
           for (const bool turned : {true, false}) {
             const Vec3 heading = along_axis ? Vec3(Vec3::Unit(r.below(3))) : r.direction();
-            const Mat3 turn = turned ? hardly_turned(tiny * r.sign(), tiny * r.unit(), tiny * r.sign())
+            const Mat3 turn = turned ? hardly_turned(Vec3{tiny * r.sign(), tiny * r.unit(), tiny * r.sign()})
                                      : Mat3(r.once_in(2) ? z_to_x() : z_to_y());
             CAPTURE(name(a.kind()), name(b.kind()), tiny, along_axis, turned, heading.transpose());
             const PairAnswer none =
@@ -283,8 +285,11 @@ TEST_CASE("degenerate: triangles with corners so near each other that the square
   Random r(6);
   const auto corner = [&] {
     Vec3 p;
-    for (int k = 0; k < 3; ++k)
-      p[k] = r.once_in(2) ? 0.5 * (r.below(5) - 2) : r.sign() * std::pow(10.0, -r.in(100, 200));
+    for (int k = 0; k < 3; ++k) {
+      const bool on_grid = r.once_in(2);
+      const double sign = on_grid ? 1 : r.sign();
+      p[k] = on_grid ? 0.5 * (r.below(5) - 2) : sign * std::pow(10.0, -r.in(100, 200));
+    }
     return p;
   };
   const auto rounded = [](std::array<Vec3, 3> p) {
@@ -330,7 +335,7 @@ TEST_CASE("degenerate: a mesh's triangle without area is as far from round shape
     const double size = std::pow(10.0, -r.in(0, 4)), thin = size * std::pow(10.0, -r.in(0, 8));
     for (const Shape& round : {Shape(Cylinder{thin, size}), Shape(Cylinder{size, thin}), Shape(Cone{thin, size}),
                                Shape(Ellipsoid{{thin, size, thin}})}) {
-      const Pose pose{r.rotation(), 0.6 * p + 0.4 * q + r.in(0, 0.7) * size * r.direction()};
+      const Pose pose{r.rotation(), 0.6 * p + 0.4 * q + size * r.vec_of_length(0, 0.7)};
       CAPTURE(i, size, thin, name(round.kind()));
       const PairAnswer one = solver.solve(triangle, {}, round, pose, Request::distance);
       const PairAnswer other = solver.solve(mesh, {}, round, pose, Request::distance);

@@ -96,8 +96,8 @@ TEST_CASE("Hausdorff: points all over both surfaces lie within the bounds, near 
   for (int i = 0; i < 12; ++i) {
     const Shape &a = shapes[i % 4], &b = shapes[(i / 4 + i) % 4];
     const double far = i % 3 == 0 ? 0 : i % 3 == 1 ? 1 : 5;
-    const Pose pose_a = Pose::from(random.quaternion(), random.vec(-1, 1));
-    const Pose pose_b = Pose::from(random.quaternion(), pose_a.translation + far * random.direction());
+    const Pose pose_a{random.rotation(), random.vec(-1, 1)};
+    const Pose pose_b{random.rotation(), pose_a.translation + far * random.direction()};
     const HausdorffBounds bounds = hausdorff_distance(a, pose_a, b, pose_b, {.gap = 1e-4});
     check_point(a, pose_a, b, pose_b, bounds);
     CHECK(bounds.upper - bounds.lower <= 1e-4 * bounds.upper + 1e-9);

@@ -95,8 +95,10 @@ TEST_CASE("hunted: almost aligned flat faces that hardly touch, sizes up to 1000
     reference::PosedPair p{a, {}, b, {}};
     if (r.once_in(2)) p.pose_a.rotation = r.rotation();
     p.pose_b.rotation = p.pose_a.rotation * almost_aligned(r);
-    const Vec3 side = 0.5 * (r.once_in(2) ? 1 + scale : std::abs(1 - scale)) * r.vec(-1, 1);
-    p.pose_b.translation = p.pose_a.rotation * (side + 3 * (1 + scale) * r.sign() * Vec3::Unit(r.below(3)));
+    const double across = r.once_in(2) ? 1 + scale : std::abs(1 - scale);
+    const Vec3 side = 0.5 * across * r.vec(-1, 1);
+    const double sign = r.sign();
+    p.pose_b.translation = p.pose_a.rotation * (side + 3 * (1 + scale) * sign * Vec3::Unit(r.below(3)));
     for (int k = 0; k < 3; ++k) {
       const auto t = reference::signed_distance(a, p.pose_a, b, p.pose_b);
       p.pose_b.translation -= (t.signed_distance - gap) * t.normal;
@@ -232,13 +234,14 @@ TEST_CASE("hunted: contacts of solids and discs that lie flat stay where they ar
   int flat = 0;
   for (std::uint64_t i = 0; i < 120; ++i) {
     Random r(i * 7919 + 17);
-    Mesh mesh = box_mesh(r.vec(0.5, 1.5), 1 + r.below(3)), other = box_mesh(r.vec(0.5, 0.9), 2);
+    const Vec3 size = r.vec(0.5, 1.5);
+    Mesh mesh = box_mesh(size, 1 + r.below(3)), other = box_mesh(r.vec(0.5, 0.9), 2);
     const Shape a(mesh), b = r.once_in(2) ? Shape(other) : Shape(Cylinder{0.3, r.in(0.4, 0.7)});
     Pose pa, pb;
     if (r.once_in(2)) pa.rotation = r.rotation();
     pb.rotation = pa.rotation;
     const Vec3 axis = pa.rotation.col(2);
-    pb.translation = 3 * axis + pa.rotation * Vec3(r.in(-0.1, 0.1), r.in(-0.1, 0.1), 0);
+    pb.translation = 3 * axis + pa.rotation * Vec3{r.in(-0.1, 0.1), r.in(-0.1, 0.1), 0};
     const double depth = std::min(r.power_of_two(-20, -6), 1e-2);
     pb.translation -= (solver.solve(a, pa, b, pb, Request::distance).signed_distance + depth) * axis;
     Pose moved = pb;
@@ -282,7 +285,8 @@ TEST_CASE("hunted: the faces of slivers are as exact turned as they are given") 
   for (std::uint64_t i = 0; i < 300; ++i) {
     Random r(i * 17 + 3);
     const Vec3 p = r.vec(-1, 1), q = r.vec(-1, 1);
-    const Shape thin(Triangle{{p, q, 0.6 * p + 0.4 * q + std::pow(10.0, r.in(-5, -1)) * r.direction()}});
+    const double height = std::pow(10.0, r.in(-5, -1));
+    const Shape thin(Triangle{{p, q, 0.6 * p + 0.4 * q + height * r.direction()}});
     const Shape other = random_shape(i % 2 == 0 ? ShapeKind::box : ShapeKind::convex, r);
     const Pose at = random_pose(r, 1);
     reference::PosedPair pair{thin, at, other, {r.rotation(), at * Vec3(0.5 * (p + q))}};
@@ -474,7 +478,7 @@ TEST_CASE(
                                        : r.rotation();
         const double low = (turned.row(2).transpose().cwiseProduct(size / 2)).lpNorm<1>();
         const double sunk = i % 3 == 0 ? 1e-7 : i % 3 == 1 ? 1e-4 : 1e-2;
-        const Pose at{turned, Vec3(r.unit(), r.unit(), low - sunk)};
+        const Pose at{turned, Vec3{r.unit(), r.unit(), low - sunk}};
         CAPTURE(n, i, sunk);
         const std::vector<Contact> contacts = contacts_of(Shape(floor), Pose{}, surface(size, n), at);
         CHECK(deepest_of(contacts) == Approx(sunk).epsilon(0).margin(1e-12));
@@ -490,7 +494,7 @@ TEST_CASE(
       const Mat3 rb = r.rotation();
       const double high = (ra.row(2).transpose().cwiseProduct(size / 2)).lpNorm<1>(),
                    low = (rb.row(2).transpose().cwiseProduct(size / 2)).lpNorm<1>();
-      const Pose pa{ra, Vec3::Zero()}, pb{rb, Vec3(0.2 * r.unit(), 0.2 * r.unit(), high + low - 0.01)};
+      const Pose pa{ra, Vec3::Zero()}, pb{rb, Vec3{0.2 * r.unit(), 0.2 * r.unit(), high + low - 0.01}};
       CAPTURE(i);
       const Shape box(Box{size});
       const PairAnswer want = solver.solve(box, pa, box, pb, Request::distance);
@@ -521,9 +525,10 @@ TEST_CASE("hunted: points that lie on each other but for rounding are kept once 
       contacts.reserve(16);
       const Vec3 normal = r.direction(), along = normal.unitOrthogonal(), side = normal.cross(along);
       const double length = r.power_of_two(-32, -24), width = r.power_of_two(-32, -24);  // about the slack of unit size
-      for (int k = 0; k < n; ++k)
-        contacts.push_back({length * r.unit() * along + width * r.unit() * side, normal, 1e-8 * r.unit(),
-                            static_cast<std::uint32_t>(k)});
+      for (int k = 0; k < n; ++k) {
+        const double u = length * r.unit(), v = width * r.unit();
+        contacts.push_back({u * along + v * side, normal, 1e-8 * r.unit(), static_cast<std::uint32_t>(k)});
+      }
       const std::vector<Contact> all = contacts;
       const auto shallower = [](const Contact& x, const Contact& y) { return x.depth < y.depth; };
       keep_widest(contacts, 0, 1);
@@ -825,7 +830,7 @@ TEST_CASE("hunted: what reaches little out of a closed surface that has no insid
   Random r(53);
   for (int i = 0; i < 600; ++i) {
     const Shape b(Triangle{{0.3 * r.direction(), 0.3 * r.direction(), 0.3 * r.direction()}});
-    const Pose at{r.rotation(), r.in(0.6, 1.4) * Vec3(r.direction().cwiseProduct(Vec3(1, 1, 0.3)))};
+    const Pose at{r.rotation(), r.vec_of_length(0.6, 1.4).cwiseProduct(Vec3(1, 1, 0.3))};
     const PairAnswer overlap = solver.solve(a, Pose{}, b, at, Request::distance);
     if (!overlap.collide || overlap.status != Status::ok || overlap.signed_distance > -1e-6) continue;
     CAPTURE(i, overlap.signed_distance);
@@ -943,7 +948,7 @@ TEST_CASE("hunted: the bound of a depth that is not certain comes from a way tha
   for (int i = 0; i < n; ++i) {
     const Mat3 turned = r.rotation();
     const Mat3 half = Eigen::AngleAxisd(full_turn / 2 + r.in(-0.1, 0.1), Vec3::UnitY()).toRotationMatrix();
-    const Vec3 at(1.62 - r.in(0, 0.05), r.in(-0.02, 0.02), r.in(-0.05, 0.05));
+    const Vec3 at{1.62 - r.in(0, 0.05), r.in(-0.02, 0.02), r.in(-0.05, 0.05)};
     const auto solve = [&](const Vec3& move, Request request) {
       return solver.solve(a, Pose{turned, Vec3::Zero()}, b, Pose{turned * half, turned * at + move}, request);
     };
@@ -1070,9 +1075,9 @@ TEST_CASE("hunted: a triangle that lies on a floor has one patch, whichever side
   Random r(23);
   int touching = 0;
   for (int i = 0; i < 200; ++i) {
-    const Pose ground{i % 2 == 0 ? Mat3(Mat3::Identity()) : r.rotation(), Vec3(r.unit(), r.unit(), r.unit())};
+    const Pose ground{i % 2 == 0 ? Mat3(Mat3::Identity()) : r.rotation(), Vec3{r.unit(), r.unit(), r.unit()}};
     const Mat3 spun = Eigen::AngleAxisd(full_turn * r.unit(), Vec3::UnitZ()).toRotationMatrix();
-    const Pose at{ground.rotation * spun, ground * Vec3(r.unit(), r.unit(), 0)};
+    const Pose at{ground.rotation * spun, ground * Vec3{r.unit(), r.unit(), 0}};
     std::vector<Contact> contacts;
     solver.solve(floor, ground, triangle, at, Request::contacts, &contacts);
     touching += contacts.empty() ? 0 : 1;

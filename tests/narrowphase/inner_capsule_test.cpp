@@ -59,7 +59,8 @@ TEST_CASE("inner capsule: lies in the mesh, none where the middle does not or th
     REQUIRE(inner.radius > 0.05);
     long_ones += inner.half.norm() > 0;
     for (int k = 0; k < 100; ++k) {
-      const Vec3 p = inner.centre + random.in(-1, 1) * inner.half + 0.999 * inner.radius * random.direction();
+      const Vec3 on_axis = inner.centre + random.in(-1, 1) * inner.half;
+      const Vec3 p = on_axis + 0.999 * inner.radius * random.direction();
       REQUIRE(is_inside(mesh_of(mesh), p));
     }
   }

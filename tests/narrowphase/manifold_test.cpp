@@ -237,7 +237,9 @@ TEST_CASE("manifold: the points of a stack span what the faces share") {
   Random r(73);
   for (int i = 0; i < 300; ++i) {
     const Vec3 size = r.vec(0.3, 1.5);
-    const Stack s = stack(r.in(0, 6), size, Vec3(r.in(-0.4, 0.4), r.in(-0.4, 0.4), 0), random_pose(r, 2));
+    const double angle = r.in(0, 6);
+    const Vec3 shift{r.in(-0.4, 0.4), r.in(-0.4, 0.4), 0};
+    const Stack s = stack(angle, size, shift, random_pose(r, 2));
     const auto contacts = contacts_of(s.below, s.pose_below, s.above, s.pose_above);
     CAPTURE(i);
     REQUIRE(contacts.size() >= 3);
@@ -362,8 +364,8 @@ TEST_CASE("faces that touch to rounding have all of their patch") {
   Random r(9);
   for (int k = 0; k < 100; ++k) {
     const Mat3 turn = r.rotation();
-    const Pose below{turn, Vec3(r.in(-1, 1), r.in(-1, 1), r.in(-1, 1))};
-    const Pose above{turn, below * Vec3(r.in(-1, 1), r.in(-1, 1), 0.5)};
+    const Pose below{turn, Vec3{r.in(-1, 1), r.in(-1, 1), r.in(-1, 1)}};
+    const Pose above{turn, below * Vec3{r.in(-1, 1), r.in(-1, 1), 0.5}};
     for (const Shape* lower : {&ground, &slab, &floor})
       for (const Shape* upper : {&box, &hull, &cylinder, &solid}) {
         if (lower == &floor && upper == &solid) continue;  // two meshes: by exact intersections
@@ -408,7 +410,7 @@ TEST_CASE("contacts lie midway between the surfaces along the normal, on faces a
         const Pose frame = random_pose(r, 1);
         const Pose pa{frame.rotation * lying(a, false), frame.translation};
         const Mat3 turn = Eigen::AngleAxisd(lean, r.direction()) * lying(b, true);
-        Pose pb{frame.rotation * turn, frame * Vec3(r.in(-0.4, 0.4), r.in(-0.4, 0.4), 1)};
+        Pose pb{frame.rotation * turn, frame * Vec3{r.in(-0.4, 0.4), r.in(-0.4, 0.4), 1}};
         const PairAnswer first = solver.solve(a, pa, b, pb, Request::distance);
         pb.translation -= (first.signed_distance + r.in(-0.02, 0.08)) * first.normal;
         std::vector<Contact> contacts;
@@ -499,7 +501,10 @@ TEST_CASE("manifold: over a triangle a face is cut as by any other face, also wh
     const Vec3 n = random.direction(), u = n.unitOrthogonal(), v = n.cross(u), middle = random.vec(-0.5, 0.5);
     const double width = random.in(0.01, 0.4);
     FlatFeature triangle;
-    for (int k = 0; k < 3; ++k) triangle.add(middle + random.in(-width, width) * u + random.in(-width, width) * v);
+    for (int k = 0; k < 3; ++k) {
+      const double along = random.in(-width, width);
+      triangle.add(middle + along * u + random.in(-width, width) * v);
+    }
     if ((triangle.corner[1] - triangle.corner[0]).cross(triangle.corner[2] - triangle.corner[0]).dot(n) < 0)
       std::swap(triangle.corner[1], triangle.corner[2]);
     triangle.normal = n;

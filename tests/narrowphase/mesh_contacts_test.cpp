@@ -146,7 +146,7 @@ TEST_CASE("a mesh body with an edge or a corner in a mesh wall is pushed along t
     for (const Vec3& v : mesh.vertices) lowest = std::min(lowest, (turn * v).z());
     const double depth = random.power_of_two(-24, -9);
     const Pose at{pose_b.rotation,
-                  pose_a.rotation * Vec3(random.in(-1, 1), random.in(-1, 1), -lowest - depth) + pose_a.translation};
+                  pose_a.rotation * Vec3{random.in(-1, 1), random.in(-1, 1), -lowest - depth} + pose_a.translation};
     const std::vector<Contact> contacts = contacts_without_bounds(wall, pose_a, body, at);
     CAPTURE(i, depth);
     REQUIRE(!contacts.empty());
@@ -213,7 +213,7 @@ TEST_CASE("a mesh body across the ridge of a roof without an inside has the same
     for (Vec3& v : mesh.vertices) v *= 0.3;
     const Shape body(mesh);
     const Pose pose_a{random.rotation(), random.vec(-1, 1)};
-    const Vec3 beside(random.in(-.3, .3), random.in(-1, 1), 0);
+    const Vec3 beside{random.in(-.3, .3), random.in(-1, 1), 0};
     Pose pose_b{random.rotation(), pose_a.translation + pose_a.rotation * beside};
     const Vec3 from = (i % 3 == 0 ? -1.0 : 1.0) * pose_a.rotation.col(2);
     if (!sink_in(roof, pose_a, body, pose_b, from, 3, random.power_of_two(-20, -8))) continue;

@@ -223,7 +223,7 @@ TEST_CASE("contacts with a single triangle have the depth of that triangle, over
       const Shape mesh(Mesh{{corners[0], corners[1], corners[2]}, {{0, 1, 2}}, false}), one(Triangle{corners});
       const Pose pa = random_pose(r, 1);
       Pose pb = random_pose(r, 1);
-      const Vec3 over(width * r.in(-0.5, 0.5), width * r.in(-0.4, 0.4), 0);
+      const Vec3 over{width * r.in(-0.5, 0.5), width * r.in(-0.4, 0.4), 0};
       const Vec3 up = (i % 2 == 0 ? 1 : -1) * pa.rotation.col(2);
       pb.translation = pa * over + up;
       const PairAnswer far = answer(Shape(HalfSpace{up, up.dot(pa.translation)}), Pose{}, shape, pb);
@@ -437,7 +437,7 @@ TEST_CASE("shapes that slide over tessellated ground meet its plane alone") {
           Pose at = s.shape.kind() == ShapeKind::capsule ? lying : Pose{};
           const double angle = i < 2 ? 0 : r.in(0, 3);
           at.rotation = Eigen::AngleAxisd(angle, Vec3::UnitZ()).toRotationMatrix() * at.rotation;
-          at.translation = Vec3(i == 0 ? 0 : r.in(-1, 1), i == 0 ? 0 : r.in(-1, 1), s.lowest - sunk);
+          at.translation = Vec3{i == 0 ? 0 : r.in(-1, 1), i == 0 ? 0 : r.in(-1, 1), s.lowest - sunk};
           std::vector<Contact> contacts, shaken;
           NarrowPhase({.margin = 1e-6}).solve(ground, Pose{}, s.shape, at, Request::contacts, &contacts);
           CAPTURE(name(s.shape.kind()), sunk, i, mesh_of(ground).solid);
@@ -607,7 +607,7 @@ TEST_CASE("a convex shape in a solid overlaps it with a margin as without one") 
     const Shape b = i % 4 < 2 ? Shape(Sphere{r.in(0, 0.2)}) : Shape(Box{r.vec(0.05, 0.3)});
     const Pose pa = random_pose(r, 1);
     Pose pb = random_pose(r, 0);
-    pb.translation = pa * (i % 2 == 0 ? Vec3(r.in(-1.3, 1.3), r.in(-1.3, 1.3), r.in(-0.3, 0.3)) : r.vec(-0.5, 2));
+    pb.translation = pa * (i % 2 == 0 ? Vec3{r.in(-1.3, 1.3), r.in(-1.3, 1.3), r.in(-0.3, 0.3)} : r.vec(-0.5, 2));
     const MeshAnswers plain = answers(solid, pa, b, pb), wide = answers(solid, pa, b, pb, 0.2);
     if (!(plain.distance.signed_distance < -1e-9)) continue;
     CAPTURE(i, plain.distance.signed_distance);

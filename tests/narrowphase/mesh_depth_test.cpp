@@ -92,8 +92,7 @@ TEST_CASE("mesh depth: bodies sunk into each other") {
   for (int k = 0; k < 120; ++k) {
     const Shape &a = bodies[static_cast<std::size_t>(random.below(4))],
                 &b = bodies[static_cast<std::size_t>(random.below(4))];
-    const Pose pose_a{random.rotation(), Vec3::Zero()},
-        pose_b{random.rotation(), random.in(0.3, 1.5) * random.direction()};
+    const Pose pose_a{random.rotation(), Vec3::Zero()}, pose_b{random.rotation(), random.vec_of_length(0.3, 1.5)};
     if (!NarrowPhase().solve(a, pose_a, b, pose_b, Request::collide).collide) continue;
     CAPTURE(k);
     check_deepest(a, pose_a, b, pose_b, 2);
@@ -110,7 +109,7 @@ TEST_CASE("mesh depth: contacts scale with the bodies") {
   reference::Random random(11);
   for (int k = 0; k < 20; ++k) {
     const Mat3 turn = random.rotation();
-    const Vec3 move = random.in(0.8, 1.6) * random.direction();
+    const Vec3 move = random.vec_of_length(0.8, 1.6);
     std::vector<Contact> expected;
     const PairAnswer r = NarrowPhase().solve(Shape(tube), {}, Shape(tube), {turn, move}, Request::contacts, &expected);
     for (const int power : {-80, -40, -28, 30, 80}) {

@@ -109,7 +109,7 @@ TEST_CASE("mesh gaps: there is a contact if and only if the gap is within the ma
   for (int i = 0; i < 400; ++i) {
     const Shape &a = *shapes[random() % 3], &b = *shapes[random() % 3];
     const Pose pa = Pose::from(random_turn(random), Vec3::Zero());
-    const Pose pb = Pose::from(random_turn(random), random_point(random, 2.5));
+    const Pose pb = random_pose(random, 2.5);
     const double gap = distance(a, pa, b, pb), margin = 0.4;
     if (gap <= 0) continue;
     const Found found = gaps(a, pa, b, pb, margin);
@@ -152,7 +152,7 @@ TEST_CASE("mesh gaps: solids whose faces are flush and sides in one plane push e
   std::uniform_real_distribution<double> place(-200, 200);
   for (int i = 0; i < 300; ++i) {
     const Mat3 turn = i % 3 == 0 ? Mat3(Mat3::Identity()) : random_turn(random).toRotationMatrix();
-    const Vec3 at(place(random), place(random), place(random));
+    const Vec3 at{place(random), place(random), place(random)};
     const Vec3 aside = Vec3(0, 0, i % 2 == 0 ? 0.15 : 0.1);
     const Found found = gaps(a, {turn, at}, b, {turn, at + turn * (Vec3(0.4, 0, 0) + aside)}, 1e-3);
     CAPTURE(i);

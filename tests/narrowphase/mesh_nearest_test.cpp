@@ -92,7 +92,7 @@ TEST_CASE("bounds between parts of two meshes hold for all triangles in them, an
   int held = 0;
   for (int i = 0; i < 300; ++i) {
     const Mat3 turn = random.rotation();
-    const Vec3 shift = random.in(1.2, 1.8) * random.direction() - turn * b.centre;
+    const Vec3 shift = random.vec_of_length(1.2, 1.8) - turn * b.centre;
     const MeshView seen{b, turn, (turn * b.centre + shift - a.centre) / a.unit, a.unit};
     const std::uint32_t above = index(random, b.nodes.size());
     const std::uint32_t ref = i % 7 == 0 ? whole : child_ref(above, index(random, b.nodes[above].lanes()));

@@ -55,12 +55,17 @@ inline Mesh box_mesh(const Vec3& size, int n = 1) {
 /// A random rotation.
 inline Quat random_turn(std::mt19937_64& random) {
   std::normal_distribution<double> normal;
-  return Quat(normal(random), normal(random), normal(random), normal(random)).normalized();
+  return Quat{normal(random), normal(random), normal(random), normal(random)}.normalized();
 }
 
 inline Vec3 random_point(std::mt19937_64& random, double reach) {
   std::uniform_real_distribution<double> uniform(-reach, reach);
   return {uniform(random), uniform(random), uniform(random)};
+}
+
+inline Pose random_pose(std::mt19937_64& random, double reach) {
+  const Quat turn = random_turn(random);
+  return Pose::from(turn, random_point(random, reach));
 }
 
 }  // namespace tandem::test

@@ -127,8 +127,8 @@ TEST_CASE("all intersecting triangle pairs of two meshes are those of all agains
   std::size_t found = 0;
   for (int i = 0; i < 30; ++i) {
     // Every third pair in one frame: edges and faces then coincide.
-    const Pose pa = i % 3 ? Pose::from(random_turn(random), random_point(random, 1)) : Pose{};
-    const Pose pb = i % 3 ? Pose::from(random_turn(random), random_point(random, 1)) : Pose::at(0.25 * (i % 5), 0, 0);
+    const Pose pa = i % 3 ? random_pose(random, 1) : Pose{};
+    const Pose pb = i % 3 ? random_pose(random, 1) : Pose::at(0.25 * (i % 5), 0, 0);
     TriangleTest test(pa, pb, 2);
     Pairs want;
     for (std::uint32_t x = 0; x < input_a.triangles.size(); ++x)
@@ -163,7 +163,7 @@ TEST_CASE("a small mesh whose corners just pierce or just miss a large one: what
   std::mt19937_64 random(23);
   std::size_t found = 0;
   for (std::size_t i = 0; i < 400; ++i) {
-    const Pose pa = Pose::from(random_turn(random), random_point(random, 1));
+    const Pose pa = random_pose(random, 1);
     Pose pb = Pose::from(random_turn(random), Vec3::Zero());
     // A corner within some 1e-8 of the middle of a triangle, the rest of the box outside.
     const auto p = mesh_of(a).corners(static_cast<std::uint32_t>(1 + 7 * i % (large.triangles.size() - 1)));
@@ -200,7 +200,7 @@ TEST_CASE("stretched, tiny, far, aligned and shifted meshes: every pair that exa
   for (std::size_t i = 0; i < 24; ++i) {
     const Shape &a = shapes[i % 2 ? 0 : 3], &b = shapes[i % 4];
     Pose pa, pb;
-    if (i % 3) pa = Pose::from(random_turn(random), random_point(random, i % 5 == 1 ? 1e6 : 1));
+    if (i % 3) pa = random_pose(random, i % 5 == 1 ? 1e6 : 1);
     pb = pa;
     if (i % 6 == 1)
       pb = {pa.rotation * Eigen::AngleAxisd(std::numbers::pi / 6, Vec3::UnitZ()).toRotationMatrix(), pa.translation};
@@ -236,7 +236,7 @@ TEST_CASE("distance of meshes near and far is the least of all their triangles")
   const Shape a(ring), b(sheet);
   std::mt19937_64 random(28);
   for (int i = 0; i < 24; ++i) {
-    const Pose pa = Pose::from(random_turn(random), random_point(random, i % 4 == 3 ? 1e6 : 1));
+    const Pose pa = random_pose(random, i % 4 == 3 ? 1e6 : 1);
     Pose pb = Pose::from(random_turn(random), pa.translation);
     const Vec3 d = random_point(random, 1).normalized();
     pb.translation += d * (i % 3 == 2 ? 500.0 : separation(a, pa, b, pb, d) + std::pow(10, -i % 12));
@@ -262,8 +262,8 @@ TEST_CASE("mesh verdicts agree with FCL's") {
   std::mt19937_64 random(22);
   int hits = 0;
   for (int i = 0; i < 300; ++i) {
-    const Pose pa = Pose::from(random_turn(random), random_point(random, 0.8));
-    const Pose pb = Pose::from(random_turn(random), random_point(random, 0.8));
+    const Pose pa = random_pose(random, 0.8);
+    const Pose pb = random_pose(random, 0.8);
     fcl::CollisionResultd result;
     const bool want = fcl::collide(&model, fcl_pose(pa), &model, fcl_pose(pb), fcl::CollisionRequestd(), result) > 0;
     CAPTURE(i);
@@ -400,8 +400,9 @@ TEST_CASE("distance of disjoint meshes is that of all triangles against all") {
   const Shape a(ring), b(cube), box(Box{Vec3(1, 1, 1)});
   std::mt19937_64 random(24);
   for (int i = 0; i < 20; ++i) {
-    const Pose pa = Pose::from(random_turn(random), random_point(random, 1));
-    const Pose pb = Pose::from(random_turn(random), Vec3(2.6, 0, 0) + random_point(random, 1));
+    const Pose pa = random_pose(random, 1);
+    Pose pb = random_pose(random, 1);
+    pb.translation.x() += 2.6;
     if (collide(a, pa, b, pb)) continue;
     double want = 1e9;
     for (std::uint32_t x = 0; x < ring.triangles.size(); ++x)
@@ -470,8 +471,8 @@ TEST_CASE("signed distance of overlapping meshes: the bounds hold the truth") {
   std::mt19937_64 random(25);
   int overlaps = 0, certain = 0;
   for (int i = 0; i < 60; ++i) {
-    const Pose pa = Pose::from(random_turn(random), random_point(random, 0.5));
-    const Pose pb = Pose::from(random_turn(random), random_point(random, 0.5));
+    const Pose pa = random_pose(random, 0.5);
+    const Pose pb = random_pose(random, 0.5);
     // The depth of two boxes is known from the solver of boxes.
     const double want = -NarrowPhase().solve(box, pa, box, pb, Request::distance).signed_distance;
     if (want <= 0) continue;

@@ -23,9 +23,11 @@ double small(Random& r, double least, double most) { return std::pow(10.0, -r.in
 Shape needle(Random& r) {
   if (r.once_in(2)) {
     const Vec3 p = r.vec(-1, 1), q = r.vec(-1, 1);
-    return Shape(Triangle{{p, q, Vec3(p + r.in(-0.5, 1.5) * (q - p) + small(r, 5, 16) * r.direction())}});
+    const Vec3 on_line = p + r.in(-0.5, 1.5) * (q - p);
+    const double height = small(r, 5, 16);
+    return Shape(Triangle{{p, q, Vec3(on_line + height * r.direction())}});
   }
-  const Vec3 stretch(small(r, 4, 8), r.once_in(3) ? 1 : small(r, 4, 8), 1);
+  const Vec3 stretch{small(r, 4, 8), r.once_in(3) ? 1 : small(r, 4, 8), 1};
   Convex c;
   for (int n = 3 + r.below(12); n > 0; --n) c.vertices.push_back(r.vec(-1, 1).cwiseProduct(stretch));
   return Shape(c);
@@ -33,7 +35,7 @@ Shape needle(Random& r) {
 
 Shape speck(Random& r) {
   const double size = small(r, 3, 8);
-  const Vec3 stretch(1, r.once_in(2) ? 1 : small(r, 0, 8), r.once_in(2) ? 1 : small(r, 0, 8));
+  const Vec3 stretch{1, r.once_in(2) ? 1 : small(r, 0, 8), r.once_in(2) ? 1 : small(r, 0, 8)};
   const auto point = [&] { return Vec3(size * r.vec(-1, 1).cwiseProduct(stretch)); };
   switch (r.below(4)) {
     case 0:
@@ -73,9 +75,9 @@ TEST_CASE("slivers and long thin hulls with something much smaller: apart, touch
     Random r(7000 + seed);
     const Shape a = needle(r), b = speck(r);
     const Pose pose_a{r.rotation(), Vec3::Zero()};
-    Pose pose_b{r.rotation(), r.in(0, 1) * r.direction()};
+    Pose pose_b{r.rotation(), r.vec_of_length(0, 1)};
     // Within a given gap.
-    const double gap = r.once_in(8) ? 0.0 : r.sign() * small(r, 3, 14);
+    const double sign = r.once_in(8) ? 0.0 : r.sign(), gap = sign == 0 ? 0.0 : sign * small(r, 3, 14);
     for (int i = 0; i < 2; ++i) {
       const reference::Truth t = reference::signed_distance(a, pose_a, b, pose_b);
       pose_b.translation += (gap - t.signed_distance) * t.normal;
@@ -92,7 +94,7 @@ TEST_CASE("slivers and specks that nearly touch: GJK's direction is the one that
     Random r(17000 + seed);
     const Shape a = needle(r), b = speck(r);
     const ConvexView in_a = view(a), in_b = view(b);
-    MinkowskiDifference d{in_a, in_b, relative({}, {r.rotation(), r.in(0, 1) * r.direction()})};
+    MinkowskiDifference d{in_a, in_b, relative({}, {r.rotation(), r.vec_of_length(0, 1)})};
     for (int i = 0; i < 3; ++i) {
       const GjkResult found = gjk(d, tolerance::ends_on_polytopes);
       REQUIRE(std::abs(found.direction.norm() - 1) <= 4 * epsilon);

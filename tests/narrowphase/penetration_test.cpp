@@ -97,7 +97,7 @@ void check_promise(const Shape& a, const Pose& pose_a, const Shape& b, const Pos
   CHECK_FALSE(collide(a, pose_a, b, pose_b, bounds.translation));
   for (int i = 0; i < moves; ++i) {
     // Nearly as long as the lower bound, half of them near the translation, where least is in the way.
-    const Vec3 about = bounds.translation.normalized() + random.in(0, 0.3) * random.direction();
+    const Vec3 about = bounds.translation.normalized() + random.vec_of_length(0, 0.3);
     const Vec3 move = 0.9999 * bounds.lower * (i % 2 == 0 ? random.direction() : about.normalized());
     CAPTURE(move.transpose());
     REQUIRE(collide(a, pose_a, b, pose_b, move));
@@ -161,8 +161,10 @@ TEST_CASE("penetration: bowls, rings, tori and balls with hills, turned anyhow, 
       switch (i % 4) {
         case 0:
           return bowl(random.in(0.7, 0.9), 1, 6, 24);
-        case 1:
-          return ring(random.in(0.4, 0.8), 1, random.in(0.2, 0.6));
+        case 1: {
+          const double inner = random.in(0.4, 0.8);
+          return ring(inner, 1, random.in(0.2, 0.6));
+        }
         case 2:
           return torus(0.7, random.in(0.15, 0.3), 24, 12);
         default:
@@ -170,8 +172,8 @@ TEST_CASE("penetration: bowls, rings, tori and balls with hills, turned anyhow, 
       }
     };
     const Shape a(any()), b(any());
-    const Pose pose_a = Pose::from(random.quaternion(), random.vec(-1, 1));
-    const Pose pose_b = Pose::from(random.quaternion(), pose_a.translation + random.in(0, 0.9) * random.direction());
+    const Pose pose_a{random.rotation(), random.vec(-1, 1)};
+    const Pose pose_b{random.rotation(), pose_a.translation + random.vec_of_length(0, 0.9)};
     if (!collide(a, pose_a, b, pose_b, Vec3::Zero())) continue;
     CAPTURE(i);
     const DepthBounds bounds = penetration_depth(a, pose_a, b, pose_b, {.most_boxes = 4000});

@@ -111,7 +111,7 @@ TEST_CASE("plane: a mesh in pieces has the distance of the nearest, on either si
   for (int i = 0; i < 300; ++i) {
     const double radius = i % 2 == 0 ? 0 : 0.05;
     const Shape cloud = two_clouds(r, r.in(-0.2, 0.6), radius);
-    const Shape plane = Plane{Vec3(r.in(-0.1, 0.1), r.in(-0.1, 0.1), 1), r.in(-1, 1)};
+    const Shape plane = Plane{Vec3{r.in(-0.1, 0.1), r.in(-0.1, 0.1), 1}, r.in(-1, 1)};
     const Pose turn = random_pose(r, 3), pose{turn.rotation, turn * Vec3(0, 0, r.in(0, 1))};
     const double d = nearest_triangle(plane, pose, cloud, turn) - radius;
     if (std::abs(d) < 1e-9) continue;
@@ -174,7 +174,7 @@ TEST_CASE("plane: what moves straight through a gap of a mesh is met by the piec
     const double radius = i % 3 == 0 ? 0.02 : 0;
     const Shape cloud = two_clouds(r, 0.5, radius), plane = Plane{{0, 0, 1}, 0.6 + r.in(0, 0.3)};
     for (const double sense : {1.0, -1.0}) {
-      const Vec3 v = sense * Vec3(r.in(-1, 1), r.in(-1, 1), 1);
+      const Vec3 v = sense * Vec3{r.in(-1, 1), r.in(-1, 1), 1};
       const auto t = solver.time_of_impact(plane, {}, Vec3::Zero(), cloud, {}, v, 1);
       REQUIRE(t);
       const auto at = [&](double time) { return Pose{Mat3::Identity(), time * v}; };

@@ -70,12 +70,13 @@ bool fast(const Corners& a, const Pose& pa, const Corners& b, const Pose& pb, do
 
 TEST_CASE("triangles on a small grid, where touching, coplanar and zero-area are common, agree with rationals") {
   std::mt19937_64 random(11);
-  std::uniform_int_distribution<int> cell(-1, 1);
+  std::uniform_int_distribution<int> cells(-1, 1);
+  const auto cell = [&]() -> double { return cells(random); };
   int hits = 0, flat = 0;
   for (int i = 0; i < 800; ++i) {
     Corners a, b;
     for (Corners* t : {&a, &b})
-      for (Vec3& v : *t) v = Vec3(cell(random), cell(random), i % 3 == 0 ? 0 : cell(random));
+      for (Vec3& v : *t) v = Vec3{cell(), cell(), i % 3 == 0 ? 0 : cell()};
     const Pose pose;
     const bool want = oracle(a, pose, b, pose);
     hits += want;
@@ -97,8 +98,8 @@ TEST_CASE("triangles in random poses, a rounding apart from touching, agree with
     for (Vec3& v : a) v = random_point(random, 1);
     for (Vec3& v : b) v = random_point(random, 1);
     const double far = i % 2 ? 0 : 1e6;
-    Pose pa = Pose::from(random_turn(random), random_point(random, 1) + Vec3::Constant(far));
-    Pose pb = Pose::from(random_turn(random), random_point(random, 1) + Vec3::Constant(far));
+    Pose pa = random_pose(random, 1), pb = random_pose(random, 1);
+    for (Pose* pose : {&pa, &pb}) pose->translation += Vec3::Constant(far);
     // Moves a vertex of B onto a point of A, as nearly as doubles can.
     const Vec3 target = pa * (0.2 * a[0] + 0.3 * a[1] + 0.5 * a[2]);
     pb.translation += target - pb * b[static_cast<std::size_t>(i) % 3];
@@ -125,19 +126,20 @@ TEST_CASE("triangles with coordinates beyond the range of expansions are still d
 
 TEST_CASE("triangles in one plane, with common corners, needles and far out: filtered, exact and rationals agree") {
   std::mt19937_64 random(14);
-  std::uniform_int_distribution<int> cell(-2, 2);
+  std::uniform_int_distribution<int> cells(-2, 2);
+  const auto cell = [&]() -> double { return cells(random); };
   int hits = 0;
   for (int i = 0; i < 6000; ++i) {
     Corners a, b;
     const double stretch = i % 4 == 1 ? 1e4 : 1, size = i % 5 == 2 ? 1e-4 : 1;
-    for (Vec3& v : a) v = Vec3(stretch * cell(random), cell(random), i % 7 == 3 ? cell(random) : 0) / 3;
-    for (Vec3& v : b) v = size * Vec3(stretch * cell(random), cell(random), i % 7 == 3 ? cell(random) : 0) / 3;
+    for (Vec3& v : a) v = Vec3{stretch * cell(), cell(), i % 7 == 3 ? cell() : 0} / 3;
+    for (Vec3& v : b) v = size * Vec3{stretch * cell(), cell(), i % 7 == 3 ? cell() : 0} / 3;
     if (i % 3 == 0) b[0] = a[1];
     Pose pa, pb;
-    if (i % 2) pa = Pose::from(random_turn(random), random_point(random, i % 8 == 1 ? 1e6 : 1));
+    if (i % 2) pa = random_pose(random, i % 8 == 1 ? 1e6 : 1);
     pb = pa;
     // Along the plane, as nearly as doubles can.
-    if (i % 6 == 1) pb.translation += pb.rotation * Vec3(stretch * cell(random), cell(random), 0) / 3;
+    if (i % 6 == 1) pb.translation += pb.rotation * Vec3{stretch * cell(), cell(), 0} / 3;
     if (i % 12 == 7) pb.rotation *= Eigen::AngleAxisd(0.5, Vec3::UnitZ()).toRotationMatrix();
     const bool want = TriangleTest(pa, pb, 1e4).exact(a, b);
     hits += want;
@@ -160,8 +162,9 @@ TEST_CASE("wide integers add, subtract and multiply as integers without a limit 
   };
   for (int i = 0; i < 2000; ++i) {
     const auto draw = [&](unsigned most) {
-      const Uint128 magnitude = (Uint128{random()} << 64 | random()) >> (random() % 127 + 1);
-      return std::tuple(magnitude, static_cast<unsigned>(random() % (most + 1)), random() % 2 == 0);
+      const Uint128 high = random(), low = random();
+      const Uint128 magnitude = (high << 64 | low) >> (random() % 127 + 1);
+      return std::tuple{magnitude, static_cast<unsigned>(random() % (most + 1)), random() % 2 == 0};
     };
     const auto exact = [](const auto& t) {
       const cpp_int x = cpp_int(std::get<0>(t)) << std::get<1>(t);

@@ -232,7 +232,8 @@ Mat3 random_turn(reference::Random& r) {
     case 2:
       return r.rotation();
     default: {
-      const Vec3 v = std::ldexp(1.0, -15 - r.below(38)) * r.direction();
+      const double angle = std::ldexp(1.0, -15 - r.below(38));
+      const Vec3 v = angle * r.direction();
       const Mat3 tilted = tilt(v.x(), v.y(), v.z());
       return r.once_in(2) ? tilted : Mat3(tilted * quarter);
     }
@@ -293,7 +294,7 @@ TEST_CASE("round: a small shape deep in a large one is known to rounding") {
         CHECK(answer.signed_distance < centre);
         CHECK(answer.signed_distance >= centre - small.size());
         for (int k = 0; k < 200; ++k) {
-          const Vec3 n = k % 2 == 0 ? r.direction() : Vec3(r.in(-1, 1), r.in(-1, 1), 0);
+          const Vec3 n = k % 2 == 0 ? r.direction() : Vec3{r.in(-1, 1), r.in(-1, 1), 0};
           CHECK(reference::separation(*large, {}, small, pose, n) <= answer.signed_distance + 1e-14 * large->size());
         }
       }
@@ -472,8 +473,9 @@ TEST_CASE("round: long thin cylinders have their points on both surfaces, as far
     const Capsule capsule{r.power_of_two(-20, -4), length};
     const Pose pose_a{r.rotation(), Vec3::Zero()};
     Pose pose_b{r.rotation(), Vec3::Zero()};
-    pose_b.translation = r.in(-0.5, 0.5) * pose_a.rotation.col(2) + r.in(-0.5, 0.5) * length * pose_b.rotation.col(2);
-    if (r.once_in(2)) pose_b.translation += r.in(0, 2 * capsule.radius) * r.direction();
+    pose_b.translation = r.in(-0.5, 0.5) * pose_a.rotation.col(2);
+    pose_b.translation += r.in(-0.5, 0.5) * length * pose_b.rotation.col(2);
+    if (r.once_in(2)) pose_b.translation += r.vec_of_length(0, 2 * capsule.radius);
     const Shape a(cylinder), b(capsule);
     const PairAnswer answer = solver.solve(a, pose_a, b, pose_b, Request::distance);
     REQUIRE(answer.status == Status::ok);

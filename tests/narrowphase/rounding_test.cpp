@@ -33,8 +33,8 @@ struct RoundedPair {
 
 Pose random_pose(Random& random, double far) {
   const auto number = [&] { return random.in(-1, 1); };
-  const Quat q(number(), number(), number(), number() + 2);
-  return Pose::from(q.normalized(), far * Vec3(number(), number(), number()));
+  const Quat q{number(), number(), number(), number() + 2};
+  return Pose::from(q.normalized(), far * Vec3{number(), number(), number()});
 }
 
 std::vector<Shape> cores() {

@@ -112,7 +112,7 @@ TEST_CASE("shapes that are costly to build are not built by the way") {
 TEST_CASE("poses: rotations of float precision pass, others do not") {
   std::mt19937_64 random(1);
   for (int i = 0; i < 200; ++i) {
-    Pose pose = Pose::from(random_turn(random), random_point(random, 10));
+    Pose pose = random_pose(random, 10);
     pose.rotation = pose.rotation.cast<float>().cast<double>();
     CHECK_NOTHROW(require_valid(pose, "body 3"));
   }
@@ -137,7 +137,7 @@ TEST_CASE("bounds hold the shape and touch it on all six sides") {
                                   tetrahedron()};
   for (const Shape& shape : shapes)
     for (int i = 0; i < 3; ++i) {
-      const Pose pose = Pose::from(random_turn(random), random_point(random, 5));
+      const Pose pose = random_pose(random, 5);
       const Bounds b = shape.bounds(pose);
       Vec3 lo = Vec3::Constant(1e9), hi = -lo;
       for (int k = 0; k < 40000; ++k) {
@@ -157,7 +157,7 @@ TEST_CASE("bounds hold the shape and touch it on all six sides") {
       CHECK((b.hi - hi).maxCoeff() <= 0.2 * shape.size());
     }
   const Mesh mesh = torus(1, 0.3, 12, 9);
-  const Pose pose = Pose::from(random_turn(random), random_point(random, 5));
+  const Pose pose = random_pose(random, 5);
   Vec3 lo = Vec3::Constant(1e9), hi = -lo;
   for (const Vec3& v : mesh.vertices) lo = lo.cwiseMin(pose * v), hi = hi.cwiseMax(pose * v);
   const Bounds b = Shape(mesh).bounds(pose);
@@ -266,7 +266,7 @@ TEST_CASE("corners of a surface that differ by rounding are one, as equal ones a
     for (const auto& t : whole.triangles) {
       const auto first = static_cast<std::uint32_t>(soup.vertices.size());
       for (const std::uint32_t v : t)
-        soup.vertices.push_back(whole.vertices[v] + Vec3(some(random), some(random), some(random)));
+        soup.vertices.push_back(whole.vertices[v] + Vec3{some(random), some(random), some(random)});
       soup.triangles.push_back({first, first + 1, first + 2});
     }
     return soup;
@@ -296,7 +296,7 @@ TEST_CASE("corners of a surface that differ by rounding are one, as equal ones a
 TEST_CASE("shape: a half-space made of a half-space's normal and offset is the same bits") {
   reference::Random random(3);
   for (int i = 0; i < 2000; ++i) {
-    const Shape once(HalfSpace{random.in(0.1, 10) * random.direction(), random.in(-5, 5)});
+    const Shape once(HalfSpace{random.vec_of_length(0.1, 10), random.in(-5, 5)});
     const Shape twice(HalfSpace{once.normal(), once.offset()});
     CHECK(twice.parameters() == once.parameters());
   }
@@ -417,7 +417,7 @@ TEST_CASE("a convex shape made of another one's vertices is the same one, face b
   for (int k = 0; k < 300; ++k) {
     std::vector<Vec3> points;
     std::normal_distribution<double> number;
-    for (int i = 0; i < 4 + k % 20; ++i) points.emplace_back(number(random), number(random), number(random));
+    for (int i = 0; i < 4 + k % 20; ++i) points.push_back(Vec3{number(random), number(random), number(random)});
     const Shape first(Convex{points});
     const auto& hull = detail::ShapeInsides::hull(first);
     with_inner_points += hull.vertices.size() < points.size();

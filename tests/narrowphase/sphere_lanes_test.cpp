@@ -65,14 +65,15 @@ struct Mixture {
   explicit Mixture(Random& r, int count) {
     const Shape &ground = shapes.emplace_back(HalfSpace{{0.3, -0.2, 1}, 0.4}),
                 &box = shapes.emplace_back(Box{{1, 2, 1}});
-    const Pose& at = poses.emplace_back(r.rotation(), r.vec(-1, 1));
+    const Pose& at = poses.emplace_back(Pose{r.rotation(), r.vec(-1, 1)});
     for (int i = 0; i < count; ++i) {
       const double ra = i % 37 == 0 ? 0 : r.in(0.1, 2), rb = i % 41 == 0 ? 0 : r.in(0.1, 2);
       const Shape &a = shapes.emplace_back(Sphere{ra}), &b = shapes.emplace_back(Sphere{rb});
-      const double gap = std::pow(10.0, r.in(-17, 0)) * (r.in(0, 1) < 0.6 ? -1 : 1);
+      const double size = std::pow(10.0, r.in(-17, 0)), gap = size * (r.in(0, 1) < 0.6 ? -1 : 1);
       const Vec3 heading = r.direction();
-      const Pose& pose_a = poses.emplace_back(r.rotation(), r.vec(-10, 10));
-      Pose& pose_b = poses.emplace_back(r.rotation(), pose_a.translation + (i % 43 == 0 ? 0 : ra + rb + gap) * heading);
+      const Pose& pose_a = poses.emplace_back(Pose{r.rotation(), r.vec(-10, 10)});
+      const Vec3 between = (i % 43 == 0 ? 0 : ra + rb + gap) * heading;
+      Pose& pose_b = poses.emplace_back(Pose{r.rotation(), pose_a.translation + between});
       if (i % 5 == 1 || i % 5 == 2) {
         pose_b.translation += at.translation - pose_b.translation;
         const double distance = NarrowPhase().solve(ground, at, b, pose_b, Request::distance).signed_distance;

@@ -67,7 +67,7 @@ TEST_CASE("time of impact: closed forms of spheres, boxes and half-spaces") {
   for (int i = 0; i < 400; ++i) {
     const double ra = r.in(0.1, 1), rb = r.in(0.1, 1);
     const Vec3 pa = r.vec(-1, 1), pb = pa + 5 * r.direction(), va = r.vec(-1, 1);
-    const Vec3 vb = va + (pa - pb) * r.in(0.2, 2) + r.vec(-2, 2);
+    const Vec3 towards = (pa - pb) * r.in(0.2, 2), vb = va + towards + r.vec(-2, 2);
     const Vec3 d = pb - pa, v = vb - va;
     const double a = v.squaredNorm(), b = d.dot(v), c = d.squaredNorm() - (ra + rb) * (ra + rb);
     const double disc = b * b - a * c;
@@ -82,7 +82,8 @@ TEST_CASE("time of impact: closed forms of spheres, boxes and half-spaces") {
   }
   CHECK(hits > 50);
   for (int i = 0; i < 200; ++i) {
-    const Vec3 ha = r.vec(0.1, 1), hb = r.vec(0.1, 1), p = 4 * r.direction(), v = -p * r.in(0.2, 2) + r.vec(-0.5, 0.5);
+    const Vec3 ha = r.vec(0.1, 1), hb = r.vec(0.1, 1), p = 4 * r.direction();
+    const Vec3 towards = -p * r.in(0.2, 2), v = towards + r.vec(-0.5, 0.5);
     double enter = -1e9, leave = 1e9;
     for (int k = 0; k < 3; ++k) {
       const double x = (-p[k] - ha[k] - hb[k]) / v[k], y = (-p[k] + ha[k] + hb[k]) / v[k];
@@ -152,7 +153,7 @@ TEST_CASE("time of impact: no plate is too thin, no hole of a mesh too narrow") 
        {Shape(Sphere{0.01}), Shape(Box{Vec3(0.01, 0.02, 0.01)}), Shape(Cylinder{0.01, 0.01}),
         Shape(Triangle{{Vec3(0, 0, 0), Vec3(0.01, 0, 0), Vec3(0, 0.01, 0)}}), Shape(torus(0.01, 0.002, 6, 5))})
     for (int i = 0; i < 20; ++i) {
-      const Pose above{r.rotation(), Vec3(r.in(-0.3, 0.3), r.in(-0.3, 0.3), 100)};
+      const Pose above{r.rotation(), Vec3{r.in(-0.3, 0.3), r.in(-0.3, 0.3), 100}};
       const Vec3 v(0, 0, -r.in(1e3, 1e6));
       CAPTURE(name(s.kind()), i);
       const auto t = n.time_of_impact(sheet, Pose{}, Vec3::Zero(), s, above, v, 1);

@@ -63,8 +63,9 @@ TEST_CASE("triangles several at a time: what is said of them is so, and of most 
 
 TEST_CASE("triangles several at a time: touching, coplanar and zero-area ones are left unknown or told right") {
   std::mt19937_64 random(5);
-  std::uniform_int_distribution<int> cell(-1, 1);
-  const auto corner = [&] { return Vec3(cell(random), cell(random), cell(random)); };
+  std::uniform_int_distribution<int> cells(-1, 1);
+  const auto cell = [&]() -> double { return cells(random); };
+  const auto corner = [&] { return Vec3{cell(), cell(), cell()}; };
   const Counts flat = count_verdicts({}, {}, 1, corner);
   CHECK(flat.unknown > 20);
   reference::Random poses(3);

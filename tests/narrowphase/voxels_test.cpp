@@ -182,7 +182,7 @@ TEST_CASE("voxels: the first touch is that of the cell which is met first, strai
       const Pose at = random_pose(r, 0.5), from = random_pose(r, 3), to = random_pose(r, 3);
       const auto cells = boxes_of(voxels, at);
       CAPTURE(name(other.kind()), i);
-      const Vec3 velocity = r.in(-1, 1) * from.translation + r.vec(-1, 1);
+      const Vec3 towards = r.in(-1, 1) * from.translation, velocity = towards + r.vec(-1, 1);
       double first = infinite;
       for (const CellBox& cell : cells)
         if (const auto t = n.time_of_impact(cell.box, cell.pose, Vec3::Zero(), other, from, velocity, 2))
@@ -281,7 +281,7 @@ TEST_CASE("voxels: what lies flat on a floor of cells is pushed up, not off the 
   for (int i = 0; i < 40; ++i) {
     const double sunk = i % 4 == 0 ? 0 : r.in(0.001, 0.03);
     const Shape box = Box{{0.6, 0.4, 0.2}};
-    Pose pose = Pose::at(r.in(-0.5, 0.5), r.in(-0.5, 0.5), 0.1 - sunk);
+    Pose pose{Mat3::Identity(), {r.in(-0.5, 0.5), r.in(-0.5, 0.5), 0.1 - sunk}};
     pose.rotation = Eigen::AngleAxisd(i % 3 == 0 ? 0 : r.in(0, 3), Vec3::UnitZ()).toRotationMatrix();
     std::vector<Contact> contacts;
     const PairAnswer answer = n.solve(ground, Pose{}, box, pose, Request::contacts, &contacts);

@@ -53,7 +53,7 @@ TEST_CASE("winding number: the sum over all triangles, of closed, open, turned a
     for (int i = 0; i < 300; ++i) {
       const Vec3 p =
           i % 2 == 0 ? random.vec(-1.5, 1.5)
-                     : Vec3((1 + random.in(-0.28, 0.28)) * Vec3(random.in(-1, 1), random.in(-1, 1), 0).normalized());
+                     : Vec3((1 + random.in(-0.28, 0.28)) * Vec3{random.in(-1, 1), random.in(-1, 1), 0}.normalized());
       CHECK(std::abs(winding.at(p) - by_all(mesh, p)) < 1e-9);
     }
   }

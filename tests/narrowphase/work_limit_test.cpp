@@ -165,7 +165,7 @@ TEST_CASE("work limit: long sorts, wide patches and searches by a point look at 
 
   std::vector<Contact> contacts, plain;
   for (int i = 0; i < 5000; ++i)
-    contacts.push_back({Vec3(random.in(0, 1), random.in(0, 1), 0), Vec3::UnitZ(), random.in(0, 1), 0});
+    contacts.push_back({Vec3{random.in(0, 1), random.in(0, 1), 0}, Vec3::UnitZ(), random.in(0, 1), 0});
   plain = contacts;
   looks = 0;
   keep_widest(contacts, 0, 1, &meter);
