@@ -7,8 +7,7 @@
 
 namespace tandem {
 
-/// A triangle with one of its corners; the triangle is no_index beyond a border, the corner is 3 if none of the
-/// triangle's is at the requested position.
+/// A triangle with one of its corners; beyond a border the triangle is no_index, the corner 3.
 struct TriangleCorner {
   std::uint32_t triangle;
   std::size_t corner;
@@ -21,9 +20,9 @@ inline constexpr std::size_t most_about_corner = 64;
 inline TriangleCorner next_about_corner(const MeshModel& mesh, const TriangleCorner& at, bool back = false) {
   const std::uint32_t next = mesh.neighbours()[at.triangle][back ? (at.corner + 2) % 3 : at.corner];
   if (next == no_index) return {no_index, 3};
-  const Vec3& corner = mesh.vertices[mesh.triangles[at.triangle][at.corner]];
+  const std::uint32_t corner = mesh.representative(mesh.triangles[at.triangle][at.corner]);
   const auto& other = mesh.triangles[next];
-  const auto same = [&](std::uint32_t v) { return mesh.vertices[v] == corner; };
+  const auto same = [&](std::uint32_t v) { return mesh.representative(v) == corner; };
   return {next, static_cast<std::size_t>(std::find_if(other.begin(), other.end(), same) - other.begin())};
 }
 

@@ -601,7 +601,7 @@ TEST_CASE("a surface apart from a convex shape: with a margin one contact is as 
 
 TEST_CASE("a convex shape in a solid overlaps it with a margin as without one") {
   Random r(93);
-  int inside = 0;
+  int inside = 0, other = 0;
   for (int i = 0; i < 1800; ++i) {
     const Shape solid(with_flat_triangles(i % 2 == 0 ? torus(1, 0.4, 8, 6) : u_body(0.6), r));
     const Shape b = i % 4 < 2 ? Shape(Sphere{r.in(0, 0.2)}) : Shape(Box{r.vec(0.05, 0.3)});
@@ -613,10 +613,14 @@ TEST_CASE("a convex shape in a solid overlaps it with a margin as without one") 
     CAPTURE(i, plain.distance.signed_distance);
     CHECK(wide.contact.collide);
     REQUIRE(!plain.contacts.empty());
-    CHECK(wide.deepest == Approx(plain.deepest).margin(1e-9));
+    // Both are the true depth within their bounds; the contacts within a margin may make another patch the deepest.
+    const double bounds = plain.contact.error_bound + wide.contact.error_bound;
+    CHECK(std::abs(wide.deepest - plain.deepest) <= bounds + 1e-9);
     ++inside;
+    other += std::abs(wide.deepest - plain.deepest) > 1e-9;
   }
   CHECK(inside > 200);
+  CHECK(other <= 1);
 }
 
 TEST_CASE("no contact of a convex shape with a concave mesh is deeper than the translation out") {

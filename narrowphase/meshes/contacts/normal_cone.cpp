@@ -13,20 +13,30 @@ namespace {
 
 using tolerance::flush;  // sine of an angle that counts as zero
 
+// Does the triangle, which has the two vertices `ends` (representatives), have another one farther along n? Its own
+// copies of the ends may differ from these by rounding.
+bool has_higher_vertex(const MeshModel& mesh, std::uint32_t t, const std::array<std::uint32_t, 2>& ends,
+                       const Vec3& n) {
+  for (const std::uint32_t v : mesh.triangles[t]) {
+    const std::uint32_t place = mesh.representative(v);
+    if (place == ends[0] || place == ends[1]) continue;
+    const Vec3 away = mesh.vertices[v] - mesh.vertices[ends[0]];
+    if (n.dot(away) > flush * away.norm()) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 // Goes from edge to edge about the corner, in both directions.
 bool has_higher_neighbour(const MeshModel& mesh, std::uint32_t t, std::size_t k, const Vec3& n) {
-  const Vec3 corner = mesh.corners(t)[k];
+  const std::uint32_t corner = mesh.representative(mesh.triangles[t][k]);
   for (const bool back : {true, false}) {
     TriangleCorner at{t, k};
     for (std::size_t i = 0; i < most_about_corner && at.corner < 3; ++i) {
       at = next_about_corner(mesh, at, back);
       if (at.triangle == no_index || at.triangle == t) break;
-      for (const Vec3& p : mesh.corners(at.triangle)) {
-        const Vec3 away = p - corner;
-        if (n.dot(away) > flush * away.norm()) return true;
-      }
+      if (has_higher_vertex(mesh, at.triangle, {corner, corner}, n)) return true;
     }
   }
   return false;
@@ -85,9 +95,9 @@ bool in_normal_cone(const MeshModel& mesh, std::uint32_t t, const Vec3& n, const
     if (!high[k] || !high[to]) continue;
     // The surroundings of an edge's ends matter only near these.
     const std::uint32_t next = mesh.neighbours()[t][k];
-    if (next != no_index)
-      for (const Vec3& v : mesh.corners(next))
-        if (const Vec3 away = v - p[k]; n.dot(away) > flush * away.norm()) return false;
+    const auto& v = mesh.triangles[t];
+    if (next != no_index && has_higher_vertex(mesh, next, {mesh.representative(v[k]), mesh.representative(v[to])}, n))
+      return false;
     for (const std::size_t end : {k, to})
       if ((at - p[end]).norm() <= slack) return !has_higher_neighbour(mesh, t, end, n);
     return true;

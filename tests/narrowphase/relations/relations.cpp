@@ -38,8 +38,8 @@ Answers answer(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& p
 std::string difference(const Answers& x, const Answers& y, double factor, double unit, bool verdicts, double margin) {
   const double tolerance = rounding * unit, d = x.distance.signed_distance;
   // A touch that one call reports, and that the other's error bound does not exclude, is no contradiction.
-  const bool may_touch = std::abs(d) - x.distance.error_bound <= tolerance &&
-                         std::abs(y.distance.signed_distance) / factor <= tolerance;
+  const bool may_touch =
+      std::abs(d) - x.distance.error_bound <= tolerance && std::abs(y.distance.signed_distance) / factor <= tolerance;
   const bool is_tie = (std::abs(d) <= tolerance || may_touch) && !verdicts;
   if (x.collide != y.collide && !is_tie) return say("collide ", y.collide, " for ", x.collide, " at ", d);
   const auto apart = [&](const PairAnswer& p, const PairAnswer& q) {
@@ -513,6 +513,23 @@ std::string other_kind(const Case& c, Random&) {
   return {};
 }
 
+// Surfaces whose triangles have separate vertices that differ by rounding.
+std::string seams(const Case& c, Random& random) {
+  for (const bool first : {true, false}) {
+    PosedPair other = c.pair;
+    Mesh* const mesh = std::get_if<Mesh>(&(first ? other.a : other.b).shape);
+    if (mesh == nullptr || mesh->solid || mesh->triangles.size() > 512) continue;
+    const double most = reach(*mesh) * std::numeric_limits<double>::epsilon();
+    *mesh = unshared(*mesh);
+    for (Vec3& v : mesh->vertices) v += random.vec(-most, most);
+    const Shape changed = make_shape(first ? other.a : other.b);
+    const Answers r = answer(first ? changed : c.a, other.a.pose, first ? c.b : changed, other.b.pose, other.margin);
+    if (std::string why = difference(c.answers, r, 1, c.unit, false, c.pair.margin); !why.empty())
+      return say("the triangles of ", first ? "A" : "B", " apart by rounding: ", why);
+  }
+  return {};
+}
+
 // Hulls of `sides` points a circle that lie in a cylinder or cone, or around it.
 Convex prism(double radius, double length, bool is_cone, bool around) {
   constexpr int sides = 16;
@@ -711,6 +728,8 @@ constexpr std::array table{
              permuted},
     Relation{"other-kind", "one solid as several kinds has one answer",
              has<Sphere, Capsule, Box, Triangle, Ellipsoid, Convex, Mesh>, other_kind},
+    Relation{"seams", "separate vertices of a surface's triangles that differ by rounding change nothing beyond that",
+             has<Mesh>, seams},
     Relation{"bracket", "a cylinder or cone lies between solids inside and around it", has<Cylinder, Cone>, bracketed},
     Relation{"subdivide", "cutting triangles at exact midpoints changes nothing", has<Mesh>, subdivided},
     Relation{"by-triangles", "a mesh is its triangles, and its inside where it is solid", has<Mesh>, by_triangles},
