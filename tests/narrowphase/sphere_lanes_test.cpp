@@ -89,7 +89,8 @@ struct Mixture {
 
  private:
   const PlacedSphere* place(const Shape& shape, const Pose& pose) {
-    return shape.kind() == ShapeKind::sphere ? &placed.emplace_back(pose.translation, shape.radius()) : nullptr;
+    return shape.kind() == ShapeKind::sphere ? &placed.emplace_back(PlacedSphere{pose.translation, shape.radius()})
+                                             : nullptr;
   }
   void add(const Shape& a, const Pose& pose_a, const Shape& b, const Pose& pose_b) {
     pairs.push_back({&a, &pose_a, &b, &pose_b});

@@ -132,7 +132,8 @@ py::array_t<Value> list_of(const SharedScene& scene) {
 }
 template <std::span<const std::uint8_t> (Scene::*Get)() const>
 py::array_t<bool> flags_of(const SharedScene& scene) {
-  return list_of<std::uint8_t, Get>(scene).template attr("astype")("bool");
+  const py::object numbers = list_of<std::uint8_t, Get>(scene);
+  return numbers.attr("astype")("bool");
 }
 template <std::span<const Vec3> (Scene::*Get)() const>
 Doubles vectors_of(const SharedScene& scene) {
