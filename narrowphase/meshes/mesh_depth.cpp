@@ -2,6 +2,7 @@
 #include "meshes/mesh_depth.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "manifold/manifold.h"
 #include "meshes/contacts/mesh_contacts.h"
@@ -70,6 +71,14 @@ PairAnswer depth_as_convex(const Posed& a, const Posed& b, const OverlappingMesh
   return separates ? convex : none;
 }
 
+// The bounds of two searches hold together. A lower one that exceeds a translation that separates by more than rounding
+// would be wrong, and is not taken.
+void join_bounds(const PairAnswer& other, double rounding, Separation& known) {
+  const double length = -other.signed_distance, certain = length - other.error_bound;
+  if (length < known.length) known = {known.certain, length, other.normal, (other.point_a + other.point_b) / 2};
+  if (certain <= known.length + rounding) known.certain = std::min(known.length, std::max(known.certain, certain));
+}
+
 // A direction that separates the hulls separates the meshes.
 void separate_hulls(const Posed& a, const Posed& b, const NarrowPhaseOptions& options, Separation& known) {
   const PairAnswer hulls = solve_convex(view_hull(a.shape, options.limit), a.pose, view_hull(b.shape, options.limit),
@@ -127,6 +136,14 @@ double certain_depth(const Posed& a, const Posed& b, std::span<const TrianglePai
 bool has_one_normal(std::span<const Contact> contacts) {
   return std::all_of(contacts.begin(), contacts.end(),
                      [&](const Contact& c) { return c.normal.dot(contacts.front().normal) > one_patch; });
+}
+
+// Midway between the points of the meshes that separate last; the witnesses of the hulls, or of the deepest triangles,
+// are those of another direction. A's translation is zero.
+Vec3 point_of_last_touch(const Posed& a, const Posed& b, const Separation& known, double size,
+                         const NarrowPhaseOptions& options) {
+  const Pose apart{b.pose.rotation, b.pose.translation + (known.length + tolerance::least_apart * size) * known.normal};
+  return NearestSearch(a, {b.shape, apart}, options.limit)().on_a - known.normal * (known.length / 2);
 }
 
 // The answer for two meshes that only touch, if a translation of about the rounding error `slack` separates them: its
@@ -192,12 +209,9 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
       separate_contacts(a, b, pairs, options, overlap.slack, search);
       search.shorten();
       search.confirm();
-      // The pose where they separate last.
-      const Pose at{b.pose.rotation,
-                    b.pose.translation + (known.length + tolerance::least_apart * overlap.size) * known.normal};
-      known.point = NearestSearch(a, {b.shape, at}, options.limit)().on_a - known.normal * (known.length / 2);
     }
-    if (convex.error_bound < known.length - known.certain) return convex;
+    known.point = point_of_last_touch(a, b, known, overlap.size, options);
+    if (std::isfinite(convex.error_bound)) join_bounds(convex, overlap.enough, known);
   }
   return with_points(search.answer(), known.point);
 }

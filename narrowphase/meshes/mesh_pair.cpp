@@ -68,6 +68,10 @@ struct Collision {
   PatchSides add_patches(std::vector<Contact>& contacts) const {
     return patch_contacts(mesh_a(), mesh_b(), test, pairs, options, contacts);
   }
+  // If the normals of the patches are in doubt, those of surfaces that only touch replace them.
+  void take_touch(const PatchSides& sides, std::size_t first, std::vector<Contact>& contacts) const {
+    if (!sides.sure) touching_contacts(mesh_a(), mesh_b(), test, pairs, options, first, contacts);
+  }
 };
 
 // They do not touch, exactly: the distance must not be 0.
@@ -123,6 +127,7 @@ bool contacts_as_convex(const Collision& c, PairAnswer& answer, PatchSides& side
   if (holds_as_convex(c.a, c.b, -answer.signed_distance, c.options.limit)) return true;
   contacts.resize(first);
   sides = c.add_patches(contacts);
+  c.take_touch(sides, first, contacts);
   // The translation through the surface into its interior may be shorter.
   const PairAnswer shortest = solve_meshes(c.a, c.b, Request::distance, c.options, nullptr);
   const double slack = tolerance::translation_slack * (c.a.shape.size() + c.b.shape.size());
@@ -149,7 +154,7 @@ PairAnswer contacts_of_collision(const Collision& c, std::vector<Contact>& conta
     contacts.resize(first);
     if (contacts_as_convex(c, answer, sides, contacts)) return answer;
   }
-  if (!sides.sure) touching_contacts(c.mesh_a(), c.mesh_b(), c.test, c.pairs, c.options, first, contacts);
+  c.take_touch(sides, first, contacts);
   for (Contact& contact : std::span(contacts).subspan(first)) {
     contact.point = c.a.pose * contact.point;
     contact.normal = (c.a.pose.rotation * contact.normal).normalized();

@@ -114,9 +114,10 @@ PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const Triangle
       const std::size_t known = contacts.size();
       const Sides sides = add_patches({a, b, frame, turned_a, turned_b, options.limit}, pairs, options, contacts);
       if (!is_first) {
-        // The shorter translation, if any.
-        const bool better = known == first || sides.sure > taken.sure ||
-                            (sides.sure == taken.sure && sides.deepest < taken.deepest - slack);
+        // The shorter translation, if any. Patches whose points all lie on their curves, at no depth, know none.
+        const bool has_depth = sides.deepest > slack, had_depth = taken.deepest > slack;
+        const bool shorter = has_depth && (!had_depth || sides.deepest < taken.deepest - slack);
+        const bool better = known == first || sides.sure > taken.sure || (sides.sure == taken.sure && shorter);
         if (contacts.size() == known || !better) {
           contacts.resize(known);
           continue;
