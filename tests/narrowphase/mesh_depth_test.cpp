@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 #include <numbers>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "catch.h"
@@ -106,6 +108,27 @@ TEST_CASE("mesh depth: bodies sunk into each other") {
 
 namespace {
 
+/// Each triangle cut at the midpoints of its edges into four.
+Mesh cut_at_midpoints(const Mesh& mesh) {
+  Mesh finer;
+  finer.solid = mesh.solid;
+  finer.vertices = mesh.vertices;
+  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> known;
+  const auto middle = [&](std::uint32_t p, std::uint32_t q) {
+    const auto [at, fresh] = known.emplace(std::minmax(p, q), static_cast<std::uint32_t>(finer.vertices.size()));
+    if (fresh) finer.vertices.push_back((mesh.vertices[p] + mesh.vertices[q]) / 2);
+    return at->second;
+  };
+  for (const auto& [p, q, r] : mesh.triangles) {
+    const std::uint32_t pq = middle(p, q), qr = middle(q, r), rp = middle(r, p);
+    finer.triangles.push_back({p, pq, rp});
+    finer.triangles.push_back({pq, q, qr});
+    finer.triangles.push_back({rp, qr, r});
+    finer.triangles.push_back({pq, qr, rp});
+  }
+  return finer;
+}
+
 /// An open square of 2 x 2 about the origin, of 2 * n * n triangles, with random heights up to `most`.
 Mesh rough_square(int n, double most, reference::Random& random) {
   Mesh mesh;
@@ -126,6 +149,24 @@ double depth_without_bounds(const Shape& a, const Shape& b, const Pose& at) {
 }
 
 }  // namespace
+
+// Where edges of two bodies cross, the deepest point lies on neither's corner: in a finer mesh on an edge whose ends
+// are both inside the other mesh. Edges with an end outside alone were examined: of 200 pairs 96 were shallower.
+TEST_CASE("mesh depth: contacts of finer meshes of the same bodies are as deep") {
+  const Mesh tube = torus(1, 0.35, 7, 4);
+  const Shape coarse(tube), fine(cut_at_midpoints(cut_at_midpoints(tube)));
+  reference::Random random(5);
+  int count = 0, shallower = 0;
+  while (count < 200) {
+    const Mat3 rotation = random.rotation();
+    const Pose at{rotation, random.vec_of_length(0.3, 2)};
+    const PairAnswer distance = NarrowPhase().solve(coarse, {}, coarse, at, Request::distance);
+    if (!distance.collide || distance.signed_distance < -0.3) continue;
+    ++count;
+    if (depth_without_bounds(fine, fine, at) < 0.99 * depth_without_bounds(coarse, coarse, at)) ++shallower;
+  }
+  CHECK(shallower <= 9);
+}
 
 TEST_CASE("mesh depth: an open surface that overlaps a body has a contact with a depth") {
   reference::Random random(7);

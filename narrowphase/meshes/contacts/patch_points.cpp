@@ -294,6 +294,20 @@ void find_spans(const PosedMeshes& m, const Patch& patch, std::span<const Crossi
     }
     if (is_open && is_inside(first.to)) add(edge, begin, m.vertex(of_a, first.to));
   }
+  // Of a finer mesh most of a ridge are edges between the pierced ones.
+  const auto is_pierced = [&](std::uint32_t edge) {
+    const auto at = std::lower_bound(pierced.begin(), pierced.end(), edge,
+                                     [](const Pierced& x, std::uint32_t e) { return x.edge < e; });
+    return at != pierced.end() && at->edge == edge;
+  };
+  for (const std::uint32_t t : patch.triangles[of_a ? 1 : 0]) {
+    meter.spend();
+    const auto& corners = mesh.triangles[t];
+    const std::array<bool, 3> inside{is_inside(corners[0]), is_inside(corners[1]), is_inside(corners[2])};
+    for (std::uint32_t k = 0; k < 3; ++k)
+      if (const std::uint32_t next = (k + 1) % 3; inside[k] && inside[next] && is_first(t, k) && !is_pierced(3 * t + k))
+        add(3 * t + k, m.vertex(of_a, corners[k]), m.vertex(of_a, corners[next]));
+  }
 }
 
 void add_points(const PosedMeshes& m, const PatchPoints& points, const Vec3& n, Memory memory,
