@@ -222,3 +222,26 @@ TEST_CASE("of a small mesh in a hollow one, whose triangles are nearly as far al
     CHECK(std::abs(r.signed_distance - least_distance(hollow, pose_a, inner, pose_b)) < 1e-14);
   }
 }
+
+TEST_CASE("nearest points of meshes: where rounding parts two faces that rest on each other, the normal leads out") {
+  reference::Random random(2026);
+  int apart = 0;
+  for (int i = 0; i < 400; ++i) {
+    const Vec3 half_a = random.vec(0.3, 1.5), half_b = random.vec(0.1, 1.5);
+    const Shape a{box_mesh(2 * half_a, 1 + i % 3)}, b{box_mesh(2 * half_b)};
+    const Pose at_a{random.rotation(), random.vec(-3, 3)};
+    const double x = random.in(-0.5, 0.5) * half_a.x(), y = random.in(-0.5, 0.5) * half_a.y();
+    const Pose at_b{at_a.rotation, at_a * Vec3(x, y, half_a.z() + half_b.z())};
+    const Vec3 up = at_a.rotation.col(2);
+    const PairAnswer answer = NarrowPhase().solve(a, at_a, b, at_b, Request::distance);
+    CAPTURE(i, answer.signed_distance);
+    apart += answer.collide ? 0 : 1;
+    CHECK((answer.normal - up).norm() < 1e-9);
+    // The patch of contacts within a margin needs that direction, too.
+    std::vector<Contact> contacts;
+    NarrowPhase({.margin = 1e-3}).solve(a, at_a, b, at_b, Request::contacts, &contacts);
+    CHECK(contacts.size() >= 3);
+    for (const Contact& c : contacts) CHECK((c.normal - up).norm() < 1e-9);
+  }
+  CHECK(apart > 100);
+}

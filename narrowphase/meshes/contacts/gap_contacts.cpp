@@ -73,8 +73,9 @@ class GapContacts {
 
   /// Adds two triangles that do not intersect.
   void add(const TrianglePair& pair, const Nearest& near) {
-    const Vec3 normal = direction_between(near, corners_of_a(pair[0]), Pose{}, corners_of_b(pair[1]), Pose{},
-                                          reach(mesh_a_) + reach(mesh_b_), {});
+    const Vec3 normal =
+        direction_between(near, {corners_of_a(pair[0]), Pose{}, mesh_a_.solid},
+                          {corners_of_b(pair[1]), Pose{}, mesh_b_.solid}, reach(mesh_a_) + reach(mesh_b_), {});
     const Near found{near, normal, pair};
     if (near.distance < nearest_.points.distance) nearest_ = found;
     if (is_nearest_around(found)) add_patch(found);

@@ -67,6 +67,18 @@ double half_square(const MeshModel& mesh, std::uint32_t ref) {
   return mesh.unit * mesh.unit * sum;
 }
 
+// The normal of two triangles that do not intersect. Of two in one plane (to `slack`) rounding decides which lies
+// ahead: there it points out of the solids whose faces they are.
+Vec3 towards_outside(const Vec3& normal, const FaceOf& a, const FaceOf& b, double slack) {
+  const Vec3 n_a = a.pose.rotation.transpose() * normal, n_b = b.pose.rotation.transpose() * normal;
+  const double offset = normal.dot(b.pose.translation - a.pose.translation);
+  if (most_along(n_b, b.corners) + offset - least_along(n_a, a.corners) > slack) return normal;
+  const auto rise = [](const FaceOf& face, const Vec3& n) {
+    return face.of_solid ? n.dot(area_vector(face.corners).stableNormalized()) : 0;
+  };
+  return rise(a, n_a) < rise(b, n_b) ? Vec3(-normal) : normal;
+}
+
 // A mesh in the other's frame: relative to its centre, in its units.
 MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, const Vec3& shift) {
   return {mesh, turn, (turn * mesh.centre + shift - by.centre) / by.unit, by.unit};
@@ -111,12 +123,12 @@ void triangles_nearest(const Corners& p, const Corners& q, Nearest& best) {
   triangles_nearest(PlacedTriangle(p), PlacedTriangle(q), best);
 }
 
-Vec3 direction_between(const Nearest& near, const Corners& of_a, const Pose& pose_a, const Corners& of_b,
-                       const Pose& pose_b, double reach, const NarrowPhaseOptions& options) {
+Vec3 direction_between(const Nearest& near, const FaceOf& a, const FaceOf& b, double reach,
+                       const NarrowPhaseOptions& options) {
   if (!(near.distance > tolerance::noisy_difference * reach)) {
-    const PairAnswer r =
-        solve_convex(TriangleView(of_a), pose_a, TriangleView(of_b), pose_b, Request::distance, options, nullptr);
-    if (r.normal.norm() > 0.5) return r.normal;
+    const PairAnswer r = solve_convex(TriangleView(a.corners), a.pose, TriangleView(b.corners), b.pose,
+                                      Request::distance, options, nullptr);
+    if (r.normal.norm() > 0.5) return towards_outside(r.normal, a, b, tolerance::undecided * reach);
     if (!(near.distance > 0)) return Vec3::UnitZ();
   }
   return unit(near.on_b - near.on_a, near.distance);
@@ -281,8 +293,8 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
 }
 
 Vec3 NearestSearch::normal(const NarrowPhaseOptions& options) const {
-  return direction_between(best_, a_.corners(nearest_[0]), {turn_a_, Vec3::Zero()}, b_.corners(nearest_[1]),
-                           {turn_b_, between_}, reach(a_) + reach(b_), options);
+  return direction_between(best_, {a_.corners(nearest_[0]), {turn_a_, Vec3::Zero()}, a_.solid},
+                           {b_.corners(nearest_[1]), {turn_b_, between_}, b_.solid}, reach(a_) + reach(b_), options);
 }
 
 }  // namespace tandem

@@ -62,10 +62,18 @@ struct PlacedTriangle {
 void triangles_nearest(const PlacedTriangle& p, const PlacedTriangle& q, Nearest& best);
 void triangles_nearest(const Corners& p, const Corners& q, Nearest& best);
 
-/// The direction from A to B at nearest points of two triangles, unit. Where they are so near that rounding would turn
-/// it, that of the triangles' features. `reach`: of both meshes.
-Vec3 direction_between(const Nearest& near, const Corners& of_a, const Pose& pose_a, const Corners& of_b,
-                       const Pose& pose_b, double reach, const NarrowPhaseOptions& options);
+/// A triangle of a posed mesh.
+struct FaceOf {
+  Corners corners;  ///< in the mesh's frame
+  Pose pose;
+  bool of_solid;  ///< its normal points out of a solid
+};
+
+/// The direction from A to B at nearest points of two triangles that do not intersect, unit. Where they are so near
+/// that rounding would turn it, that of the triangles' features; of two in one plane that in which solids have their
+/// outside. `reach`: of both meshes.
+Vec3 direction_between(const Nearest& near, const FaceOf& a, const FaceOf& b, double reach,
+                       const NarrowPhaseOptions& options);
 
 /// The nearest points of surfaces that do not intersect, by branch and bound; relative to A's translation, in world
 /// axes.
