@@ -55,7 +55,8 @@ double segment_segment(const Vec3& p, const Vec3& q, const Vec3& r, const Vec3& 
   return at > 0 && at < 1 && on > 0 && on < 1 ? std::min(least, (w + at * d - on * e).norm()) : least;
 }
 
-// The features of a mesh by triangle: a vertex belongs to the first of its triangles, an edge to the first of its two.
+// The features of a mesh by triangle: a vertex or edge, by its numbers of vertices, belongs to the first triangle that
+// has it.
 class NearFeatureRows {
  public:
   NearFeatureRows(const MeshModel& mesh, std::span<const std::uint32_t> first, const WorkLimit* limit)
@@ -71,9 +72,10 @@ class NearFeatureRows {
         const std::uint32_t v = vertex(t, k), beside = neighbours[t][k];
         if (seen[v] == 0) own_[t] |= static_cast<std::uint8_t>(1u << k);
         seen[v] = 1;
-        // A degenerate triangle is its own neighbour; an edge of more than two triangles belongs to no pair.
-        if ((beside == no_index || t <= beside) && v != vertex(t, (k + 1) % 3) && met.is_new(edge(t, k)))
-          own_[t] |= static_cast<std::uint8_t>(8u << k);
+        const auto [v_lo, v_hi] = edge(t, k);
+        // A neighbour before it had the edge, unless only its coordinates are the same.
+        const bool had = beside != no_index && beside < t && has_vertex(beside, v_lo) && has_vertex(beside, v_hi);
+        if (!had && v_lo != v_hi && met.is_new({v_lo, v_hi})) own_[t] |= static_cast<std::uint8_t>(8u << k);
       }
     }
   }

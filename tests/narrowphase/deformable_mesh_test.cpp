@@ -666,6 +666,21 @@ TEST_CASE("near features: an edge that more than two triangles share is told onc
   CHECK(told == 1);
 }
 
+TEST_CASE("near features: of edges that coincide with other numbers of vertices both are reported") {
+  // Two triangles with vertices of their own, beside each other along a side from (0, 0, 0) to (1, 0, 0).
+  const Mesh pieces{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 0, 0}, {0, 0, 0}, {0, -1, 0}}, {{0, 1, 2}, {3, 4, 5}}, false};
+  const Shape sheet{pieces}, above = Triangle{{Vec3(0.5, 0, 0.1), Vec3(0.5, 0, 2), Vec3(0.5, 1, 2)}};
+  const NearFeatures near = near_features(sheet, {}, above, {}, 0.15);
+  std::vector<std::array<std::uint32_t, 2>> edges;
+  for (const NearEdges& pair : near.edges)
+    if (pair.b == std::array<std::uint32_t, 2>{0, 1}) edges.push_back(pair.a);
+  CHECK(edges == std::vector<std::array<std::uint32_t, 2>>{{0, 1}, {3, 4}});
+  // Of a mesh with itself coincident vertices, and so these edges, are one.
+  const NearFeatures own = DeformableMesh(pieces).near_features(2);
+  for (const NearEdges& pair : own.edges) CHECK(pair.b[1] != 3);
+  CHECK(own.edges.size() == 2);
+}
+
 }  // namespace tandem
 
 TEST_CASE("edges are met once, and looked for among few, also where one vertex has them all") {
