@@ -60,9 +60,13 @@ class TouchingMeshes {
     const Pose pose = moved(at);
     TriangleTest test(a_.pose, pose, reach(mesh_of(b_.shape)));
     const TrianglePairs pairs = meeting_pairs(a_, {b_.shape, pose}, test, options_, memory, nullptr);
+    return add_planes(std::span(pairs).first(std::min(most, pairs.size())), at);
+  }
+
+  bool add_planes(std::span<const TrianglePair> pairs, const Vec3& at) {
     const std::size_t before = planes_.size();
     for (const bool sunk : {true, false}) {
-      for (const TrianglePair& pair : std::span(pairs).first(std::min(most, pairs.size()))) {
+      for (const TrianglePair& pair : pairs) {
         const PairAnswer r = overlap(pair, at);
         if ((r.signed_distance < -apart_already * step_) != sunk) continue;
         const Vec3 n = normal(a_, pair[0]), m = normal(b_, pair[1]);
@@ -77,6 +81,8 @@ class TouchingMeshes {
     return false;
   }
 
+  void forget_planes() { planes_.clear(); }
+
   // By how much B's pose changes where it is moved: far out, its translation is rounded.
   Vec3 real(const Vec3& by) const { return moved(by).translation - b_.pose.translation; }
 
@@ -85,6 +91,15 @@ class TouchingMeshes {
     return shortest_feasible(planes_, apart_already * step_, at) && at.norm() <= longest * step_;
   }
   Vec3 step_along(const Vec3& direction) const { return step_ * direction; }
+
+  // A translation that is free, from `at` on by the planes between what still meets there.
+  std::optional<Vec3> free_beyond(Vec3 at) {
+    for (int i = 0; i < rounds; ++i) {
+      if (is_free(at)) return real(at);
+      if (!add_planes(at) || !shortest(at)) break;
+    }
+    return std::nullopt;
+  }
 
  private:
   // Far out, what is no longer than the distance of two coordinates there would move nothing.
@@ -121,17 +136,17 @@ class TouchingMeshes {
 
 std::optional<Vec3> separating_translation(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                                            double slack, const NarrowPhaseOptions& options) {
+  constexpr std::size_t most = 256;
   TouchingMeshes meshes(a, b, slack, options);
   if (!meshes.seem_to_touch(pairs)) return std::nullopt;
+  // Beyond the faces that lie on each other, else along the mean of the normals.
+  if (Vec3 at = Vec3::Zero(); meshes.add_planes(pairs.first(std::min(most, pairs.size())), at) && meshes.shortest(at))
+    if (const auto by = meshes.free_beyond(at)) return by;
   const Vec3 sides = meshes.sum_of_normals(pairs);
   const double length = sides.stableNorm();
   if (!(length > 0)) return std::nullopt;
-  Vec3 at = meshes.step_along(unit(sides, length));
-  for (int i = 0; i < rounds; ++i) {
-    if (meshes.is_free(at)) return meshes.real(at);
-    if (!meshes.add_planes(at) || !meshes.shortest(at)) break;
-  }
-  return std::nullopt;
+  meshes.forget_planes();
+  return meshes.free_beyond(meshes.step_along(unit(sides, length)));
 }
 
 }  // namespace tandem
