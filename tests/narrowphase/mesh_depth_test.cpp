@@ -364,3 +364,68 @@ TEST_CASE("mesh depth: solids that touch are 0 deep far from their origin, too")
   CHECK(touching > 1000);
   CHECK(parted == touching);
 }
+
+namespace {
+
+/// A solid of height 2 h about z = 0, the outline of which is an L.
+Mesh angle_iron(double length, double width, double h) {
+  Mesh mesh;
+  mesh.solid = true;
+  const double outline[6][2] = {{0, 0}, {length, 0}, {length, width}, {width, width}, {width, length}, {0, length}};
+  for (const double z : {-h, h})
+    for (const auto& p : outline) mesh.vertices.emplace_back(p[0], p[1], z);
+  for (const std::array<std::uint32_t, 3> t : {std::array{0u, 1u, 2u}, {0u, 2u, 3u}, {0u, 3u, 4u}, {0u, 4u, 5u}}) {
+    mesh.triangles.push_back({t[0], t[2], t[1]});
+    mesh.triangles.push_back({t[0] + 6, t[1] + 6, t[2] + 6});
+  }
+  for (std::uint32_t i = 0; i < 6; ++i) {
+    const std::uint32_t j = (i + 1) % 6;
+    mesh.triangles.push_back({i, j, j + 6});
+    mesh.triangles.push_back({i, j + 6, i + 6});
+  }
+  return mesh;
+}
+
+/// Checks that what rests on a plate whose top is at z = 0 is pushed up, by its distance and its contacts.
+void check_pushed_up(const Shape& plate, const Shape& body, const Pose& at) {
+  const PairAnswer distance = NarrowPhase().solve(plate, {}, body, at, Request::distance);
+  REQUIRE(distance.collide);
+  CHECK((distance.normal - Vec3::UnitZ()).norm() < 1e-9);
+  std::vector<Contact> contacts;
+  NarrowPhase().solve(plate, {}, body, at, Request::contacts, &contacts);
+  CHECK(contacts.size() >= 3);
+  for (const Contact& c : contacts) CHECK((c.normal - Vec3::UnitZ()).norm() < 1e-9);
+}
+
+}  // namespace
+
+TEST_CASE("mesh depth: a concave solid that rests on a plate leaves it along the plate's normal") {
+  reference::Random r(12);
+  for (int i = 0; i < 200; ++i) {
+    const double h = (1 + r.below(8)) / 16.0, length = (9 + r.below(8)) / 16.0;
+    Mesh slab = box_mesh({2, 2.5, 0.5});
+    for (Vec3& v : slab.vertices) v.z() -= 0.25;
+    const double turn = r.in(0, 7), x = r.in(-0.5, 0.5);
+    Pose at = Pose::at(x, r.in(-0.5, 0.5), h);
+    at.rotation << std::cos(turn), -std::sin(turn), 0, std::sin(turn), std::cos(turn), 0, 0, 0, 1;
+    CAPTURE(i);
+    check_pushed_up(Shape{slab}, Shape{angle_iron(length, 0.25, h)}, at);
+  }
+}
+
+TEST_CASE("mesh depth: triangles that are also there with the opposite orientation do not change how a body rests") {
+  reference::Random r(13);
+  for (int i = 0; i < 100; ++i) {
+    Mesh slab = box_mesh({2, 2.5, 0.5}, 1 + r.below(5)), body = box_mesh({0.75, 1, 0.5}, 1 + r.below(4));
+    for (Vec3& v : slab.vertices) v.z() -= 0.25;
+    for (Mesh* mesh : {&slab, &body})
+      for (int k = 0; k < 6; ++k) {
+        const auto t = mesh->triangles[static_cast<std::size_t>(r.below(static_cast<int>(mesh->triangles.size())))];
+        mesh->triangles.push_back(t);
+        mesh->triangles.push_back({t[0], t[2], t[1]});
+      }
+    const double x = r.in(-0.6, 0.6);
+    CAPTURE(i);
+    check_pushed_up(Shape{slab}, Shape{body}, Pose::at(x, r.in(-0.7, 0.7), 0.25));
+  }
+}

@@ -10,6 +10,7 @@
 #include "meshes/contacts/mesh_contacts.h"
 #include "meshes/contacts/posed_meshes.h"
 #include "meshes/traversal/box_descent.h"
+#include "meshes/traversal/folded_triangles.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "pairs/convex_pair.h"
 #include "shapes/lent_memory.h"
@@ -34,9 +35,12 @@ class Touching {
         meter_(m.limit),
         faces_(memory) {
     faces_.reserve(pairs.size());
+    const FoldedTriangles folded_a(m.a, pairs, 0, meter_, memory), folded_b(m.b, pairs, 1, meter_, memory);
     for (const auto& [i, j] : pairs) {
       meter_.spend();
       faces_.push_back(faces(m.corners(true, i), m.corners(false, j)));
+      if (folded_a.contain(i)) faces_.back().normal_a.setZero();
+      if (folded_b.contain(j)) faces_.back().normal_b.setZero();
     }
     find_separating_direction();
   }
@@ -79,7 +83,7 @@ class Touching {
  private:
   struct Faces {
     std::array<Vec3, 3> a, b;
-    Vec3 normal_a, normal_b;  // unit; zero without area
+    Vec3 normal_a, normal_b;  // unit; zero without area or outside
   };
 
   static constexpr std::size_t most_points = 128;  // compared with each other

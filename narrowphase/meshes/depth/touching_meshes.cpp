@@ -2,10 +2,12 @@
 #include "meshes/depth/touching_meshes.h"
 
 #include <algorithm>
+#include <memory_resource>
 #include <vector>
 
 #include "convex/triangle_height.h"
 #include "meshes/depth/least_translation.h"
+#include "meshes/traversal/folded_triangles.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
@@ -25,8 +27,15 @@ constexpr double apart_already = 1.0 / 8;    // over a step: triangles that it h
 // World axes, A's translation zero.
 class TouchingMeshes {
  public:
-  TouchingMeshes(const Posed& a, const Posed& b, double slack, const NarrowPhaseOptions& options)
-      : a_(a), b_(b), step_(step_of(b, slack)), options_(options), meter_(options.limit) {}
+  TouchingMeshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack,
+                 const NarrowPhaseOptions& options)
+      : a_(a),
+        b_(b),
+        step_(step_of(b, slack)),
+        options_(options),
+        meter_(options.limit),
+        folded_a_(mesh_of(a.shape), pairs, 0, meter_, std::pmr::get_default_resource()),
+        folded_b_(mesh_of(b.shape), pairs, 1, meter_, std::pmr::get_default_resource()) {}
 
   // Does no pair overlap, of many some? A translation is tried in any case: this saves most of those in vain.
   bool seem_to_touch(std::span<const TrianglePair> pairs) {
@@ -42,7 +51,7 @@ class TouchingMeshes {
     Vec3 sum = Vec3::Zero();
     for (const TrianglePair& pair : pairs) {
       meter_.spend();
-      sum += normal(a_, pair[0]) - normal(b_, pair[1]);
+      sum += normal_of_a(pair[0]) - normal_of_b(pair[1]);
     }
     return sum;
   }
@@ -69,7 +78,7 @@ class TouchingMeshes {
       for (const TrianglePair& pair : pairs) {
         const PairAnswer r = overlap(pair, at);
         if ((r.signed_distance < -apart_already * step_) != sunk) continue;
-        const Vec3 n = normal(a_, pair[0]), m = normal(b_, pair[1]);
+        const Vec3 n = normal_of_a(pair[0]), m = normal_of_b(pair[1]);
         // Of faces that slide on each other rounding tells the way out.
         if (sunk)
           add(r.normal);
@@ -115,7 +124,9 @@ class TouchingMeshes {
     return solve_convex(TriangleView(p), a_.pose, TriangleView(q), moved(at), Request::distance, {}, nullptr);
   }
 
-  // Unit, in the world; zero without area.
+  // Unit, in the world; zero without area or outside.
+  Vec3 normal_of_a(std::uint32_t t) const { return folded_a_.contain(t) ? Vec3(Vec3::Zero()) : normal(a_, t); }
+  Vec3 normal_of_b(std::uint32_t t) const { return folded_b_.contain(t) ? Vec3(Vec3::Zero()) : normal(b_, t); }
   static Vec3 normal(const Posed& mesh, std::uint32_t t) {
     return mesh.pose.rotation * area_vector(mesh_of(mesh.shape).corners(t)).stableNormalized();
   }
@@ -129,6 +140,7 @@ class TouchingMeshes {
   const double step_;  // of a translation beyond each plane
   const NarrowPhaseOptions& options_;
   WorkMeter meter_;
+  const FoldedTriangles folded_a_, folded_b_;
   std::vector<Constraint> planes_;
 };
 
@@ -137,7 +149,7 @@ class TouchingMeshes {
 std::optional<Vec3> separating_translation(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                                            double slack, const NarrowPhaseOptions& options) {
   constexpr std::size_t most = 256;
-  TouchingMeshes meshes(a, b, slack, options);
+  TouchingMeshes meshes(a, b, pairs, slack, options);
   if (!meshes.seem_to_touch(pairs)) return std::nullopt;
   // Beyond the faces that lie on each other, else along the mean of the normals.
   if (Vec3 at = Vec3::Zero(); meshes.add_planes(pairs.first(std::min(most, pairs.size())), at) && meshes.shortest(at))
