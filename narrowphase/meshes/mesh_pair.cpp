@@ -70,7 +70,7 @@ struct Collision {
   }
   // If the normals of the patches are in doubt, those of surfaces that only touch replace them.
   void take_touch(const PatchSides& sides, std::size_t first, std::vector<Contact>& contacts) const {
-    if (!sides.sure) touching_contacts(mesh_a(), mesh_b(), test, pairs, options, first, contacts);
+    if (!sides.sure) touching_contacts(a, b, test, pairs, options, first, contacts);
   }
 };
 

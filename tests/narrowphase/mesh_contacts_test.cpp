@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -346,4 +347,32 @@ TEST_CASE("the contact of a ring in a ring lies in both, and tiny motions hardly
   CHECK((contact(outer, inner, Vec3::Zero()).point - first.point).norm() < 1e-9);
   for (const Vec3& moved : {Vec3(1e-9, 0, 0), Vec3(0, -1e-9, 0), Vec3(-1e-9, 1e-9, 1e-9)})
     CHECK((contact(inner, outer, moved).point - first.point).norm() < 1e-8);
+}
+
+TEST_CASE("mesh contacts: a touch that rounding leaves to some triangles has contacts all around") {
+  reference::Random random(31);
+  int touching = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Shape plate{box_mesh({2, 2.2, 0.5}, 2 + i % 4)}, body{box_mesh({1, 0.9, 0.6}, 1 + i % 3)};
+    const Mat3 turn = random.rotation();
+    const double angle = random.in(0, 7), x = random.in(-0.3, 0.3), y = random.in(-0.3, 0.3);
+    const Pose at_plate{turn, random.vec(-3, 3)};
+    Mat3 yaw;
+    yaw << std::cos(angle), -std::sin(angle), 0, std::sin(angle), std::cos(angle), 0, 0, 0, 1;
+    const Pose at_body{turn * yaw, at_plate * Vec3(x, y, 0.55)};
+    std::vector<Contact> contacts;
+    NarrowPhase().solve(plate, at_plate, body, at_body, Request::contacts, &contacts);
+    if (contacts.empty()) continue;
+    ++touching;
+    CAPTURE(i);
+    const Vec3 centre = at_plate * Vec3(x, y, 0.25);
+    for (int k = 0; k < 16; ++k) {
+      const double round = k * std::numbers::pi / 8;
+      const Vec3 direction = turn * Vec3(std::cos(round), std::sin(round), 0);
+      double farthest = 0;
+      for (const Contact& c : contacts) farthest = std::max(farthest, direction.dot(c.point - centre));
+      CHECK(farthest > 0.2);
+    }
+  }
+  CHECK(touching > 100);
 }

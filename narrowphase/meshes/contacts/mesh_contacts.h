@@ -33,8 +33,7 @@ PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const Triangle
 
 /// For the same pairs: if all intersecting triangles only touch along some direction, replaces the contacts from
 /// `first` on by contacts along it; if there are none, adds at least one. Uses `limit` and `memory` of the options.
-void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                       std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options, std::size_t first,
-                       std::vector<Contact>& contacts);
+void touching_contacts(const Posed& a, const Posed& b, const TriangleTest& frame, std::span<const TrianglePair> pairs,
+                       const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts);
 
 }  // namespace tandem

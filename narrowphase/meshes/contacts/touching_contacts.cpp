@@ -11,9 +11,11 @@
 #include "meshes/contacts/posed_meshes.h"
 #include "meshes/traversal/box_descent.h"
 #include "meshes/traversal/folded_triangles.h"
+#include "meshes/traversal/mesh_nearest.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "pairs/convex_pair.h"
 #include "shapes/lent_memory.h"
+#include "shapes/shape_insides.h"
 #include "shapes/support.h"
 #include "tolerances.h"
 
@@ -30,7 +32,8 @@ class Touching {
  public:
   Touching(const PosedMeshes& m, std::span<const TrianglePair> pairs, Memory memory)
       : m_(m),
-        pairs_(pairs),
+        met_(pairs),
+        pairs_(pairs.begin(), pairs.end(), memory),
         slack_(tolerance::in_plane * (m.a.half + m.b.half).norm()),
         meter_(m.limit),
         faces_(memory) {
@@ -47,6 +50,20 @@ class Touching {
 
   /// True if there is such a direction, to rounding.
   bool separable() const { return separable_; }
+
+  /// Adds the triangles between which rounding leaves a gap where others touch: the contacts span the whole touch.
+  void add_near(const Posed& a, const Posed& b) {
+    const auto meet = [&](std::uint32_t i, std::uint32_t j) {
+      return std::binary_search(met_.begin(), met_.end(), TrianglePair{i, j});
+    };
+    const auto visit = [&](const TrianglePair& pair, const Nearest& near) {
+      if (near.distance == 0) return true;
+      const Faces f = faces(m_.corners(true, pair[0]), m_.corners(false, pair[1]));
+      if (overlap(f, n_) <= slack_) pairs_.push_back(pair), faces_.push_back(f);
+      return true;
+    };
+    NearestSearch(a, b, m_.limit).each_within(slack_, meet, visit, {});
+  }
 
   void append(std::vector<Contact>& contacts) {
     if (!separable_) take_direction_of_hulls();
@@ -328,8 +345,9 @@ class Touching {
   }
 
   const PosedMeshes& m_;
-  const std::span<const TrianglePair> pairs_;
-  const double slack_;  // distance that counts as touching
+  const std::span<const TrianglePair> met_;  // they intersect; sorted
+  List<TrianglePair> pairs_;                 // those and near ones
+  const double slack_;                       // distance that counts as touching
   WorkMeter meter_;
   List<Faces> faces_;
   Vec3 sides_ = Vec3::Zero();  // the mean direction of the triangles' normals, A's minus B's; unit
@@ -348,15 +366,15 @@ void sort_contacts(std::span<Contact> contacts) {
   });
 }
 
-void touching_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
-                       std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options, std::size_t first,
-                       std::vector<Contact>& contacts) {
-  const PosedMeshes m{a, b, frame, false, false, options.limit};
+void touching_contacts(const Posed& a, const Posed& b, const TriangleTest& frame, std::span<const TrianglePair> pairs,
+                       const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts) {
+  const PosedMeshes m{mesh_of(a.shape), mesh_of(b.shape), frame, false, false, options.limit};
   alignas(std::max_align_t) std::array<std::byte, usual_memory> usual;
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size(), lent_memory(options));
   Touching touching(m, pairs, &memory);
   if (!touching.separable() && contacts.size() > first) return;
   contacts.resize(first);
+  if (touching.separable()) touching.add_near(a, b);
   touching.append(contacts);
   sort_contacts(std::span(contacts).subspan(first));
 }
