@@ -38,14 +38,13 @@ class Touching {
         meter_(m.limit),
         faces_(memory) {
     faces_.reserve(pairs.size());
-    const FoldedTriangles folded_a(m.a, pairs, 0, meter_, memory), folded_b(m.b, pairs, 1, meter_, memory);
     for (const auto& [i, j] : pairs) {
       meter_.spend();
       faces_.push_back(faces(m.corners(true, i), m.corners(false, j)));
-      if (folded_a.contain(i)) faces_.back().normal_a.setZero();
-      if (folded_b.contain(j)) faces_.back().normal_b.setZero();
     }
     find_separating_direction();
+    if (by_side_ && leave_out_folded(memory)) find_separating_direction();
+    depth_ = deepest_along(n_);
   }
 
   /// True if there is such a direction, to rounding.
@@ -133,11 +132,13 @@ class Touching {
 
   static double overlap(const Faces& f, const Vec3& n) { return most_along(n, f.a) - least_along(n, f.b); }
 
-  bool blocks(const Faces& f, const Vec3& n) const {
+  bool blocks(const Faces& f, const Vec3& n) {
     // A solid must not be pushed into.
-    if (m_.a.solid && n.dot(f.normal_a) < -carries_patch) return true;
-    if (m_.b.solid && n.dot(f.normal_b) > carries_patch) return true;
-    return overlap(f, n) > slack_;
+    const bool into_a = m_.a.solid && n.dot(f.normal_a) < -carries_patch,
+               into_b = m_.b.solid && n.dot(f.normal_b) > carries_patch;
+    if (!into_a && !into_b) return overlap(f, n) > slack_;
+    by_side_ = by_side_ || overlap(f, n) <= slack_;
+    return true;
   }
 
   // Takes the direction if it separates them and none did before. The face that blocked the one before is tried first:
@@ -324,7 +325,19 @@ class Touching {
         const Vec3 n = edge(faces_[k].a, edges / 3).cross(edge(faces_[k].b, edges % 3)).stableNormalized();
         consider(n), consider(-n);
       }
-    depth_ = deepest_along(n_);
+  }
+
+  // Their normals do not count. False if there are none.
+  bool leave_out_folded(Memory memory) {
+    const FoldedTriangles of_a(m_.a, met_, 0, meter_, memory), of_b(m_.b, met_, 1, meter_, memory);
+    if (of_a.empty() && of_b.empty()) return false;
+    for (std::size_t k = 0; k < faces_.size(); ++k) {
+      if (of_a.contain(pairs_[k][0])) faces_[k].normal_a.setZero();
+      if (of_b.contain(pairs_[k][1])) faces_[k].normal_b.setZero();
+    }
+    sides_.setZero();
+    separable_ = false;
+    return true;
   }
 
   void take_direction_of_hulls() {
@@ -353,6 +366,7 @@ class Touching {
   Vec3 sides_ = Vec3::Zero();  // the mean direction of the triangles' normals, A's minus B's; unit
   Vec3 n_ = Vec3::UnitZ();
   bool separable_ = false;
+  bool by_side_ = false;      // a direction was blocked by nothing but the side of a face
   std::size_t blocking_ = 0;  // the face that blocked
   double depth_ = 0;          // of the intersecting triangles, along n
 };

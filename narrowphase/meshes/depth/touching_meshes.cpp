@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory_resource>
+#include <optional>
 #include <vector>
 
 #include "convex/triangle_height.h"
@@ -27,15 +28,8 @@ constexpr double apart_already = 1.0 / 8;    // over a step: triangles that it h
 // World axes, A's translation zero.
 class TouchingMeshes {
  public:
-  TouchingMeshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack,
-                 const NarrowPhaseOptions& options)
-      : a_(a),
-        b_(b),
-        step_(step_of(b, slack)),
-        options_(options),
-        meter_(options.limit),
-        folded_a_(mesh_of(a.shape), pairs, 0, meter_, std::pmr::get_default_resource()),
-        folded_b_(mesh_of(b.shape), pairs, 1, meter_, std::pmr::get_default_resource()) {}
+  TouchingMeshes(const Posed& a, const Posed& b, double slack, const NarrowPhaseOptions& options)
+      : a_(a), b_(b), step_(step_of(b, slack)), options_(options), meter_(options.limit) {}
 
   // Does no pair overlap, of many some? A translation is tried in any case: this saves most of those in vain.
   bool seem_to_touch(std::span<const TrianglePair> pairs) {
@@ -44,6 +38,12 @@ class TouchingMeshes {
     for (std::size_t k = 0; k < pairs.size(); k += 1 + pairs.size() / most)
       if (overlap(pairs[k], Vec3::Zero()).signed_distance < -deepest) return false;
     return true;
+  }
+
+  // Their normals do not count.
+  void leave_out_folded(std::span<const TrianglePair> pairs) {
+    folded_a_.emplace(mesh_of(a_.shape), pairs, 0, meter_, std::pmr::get_default_resource());
+    folded_b_.emplace(mesh_of(b_.shape), pairs, 1, meter_, std::pmr::get_default_resource());
   }
 
   // The sum of the normals of A's triangles that meet less that of B's.
@@ -125,8 +125,8 @@ class TouchingMeshes {
   }
 
   // Unit, in the world; zero without area or outside.
-  Vec3 normal_of_a(std::uint32_t t) const { return folded_a_.contain(t) ? Vec3(Vec3::Zero()) : normal(a_, t); }
-  Vec3 normal_of_b(std::uint32_t t) const { return folded_b_.contain(t) ? Vec3(Vec3::Zero()) : normal(b_, t); }
+  Vec3 normal_of_a(std::uint32_t t) const { return folded_a_->contain(t) ? Vec3(Vec3::Zero()) : normal(a_, t); }
+  Vec3 normal_of_b(std::uint32_t t) const { return folded_b_->contain(t) ? Vec3(Vec3::Zero()) : normal(b_, t); }
   static Vec3 normal(const Posed& mesh, std::uint32_t t) {
     return mesh.pose.rotation * area_vector(mesh_of(mesh.shape).corners(t)).stableNormalized();
   }
@@ -140,7 +140,7 @@ class TouchingMeshes {
   const double step_;  // of a translation beyond each plane
   const NarrowPhaseOptions& options_;
   WorkMeter meter_;
-  const FoldedTriangles folded_a_, folded_b_;
+  std::optional<FoldedTriangles> folded_a_, folded_b_;
   std::vector<Constraint> planes_;
 };
 
@@ -149,8 +149,9 @@ class TouchingMeshes {
 std::optional<Vec3> separating_translation(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                                            double slack, const NarrowPhaseOptions& options) {
   constexpr std::size_t most = 256;
-  TouchingMeshes meshes(a, b, pairs, slack, options);
+  TouchingMeshes meshes(a, b, slack, options);
   if (!meshes.seem_to_touch(pairs)) return std::nullopt;
+  meshes.leave_out_folded(pairs);
   // Beyond the faces that lie on each other, else along the mean of the normals.
   if (Vec3 at = Vec3::Zero(); meshes.add_planes(pairs.first(std::min(most, pairs.size())), at) && meshes.shortest(at))
     if (const auto by = meshes.free_beyond(at)) return by;

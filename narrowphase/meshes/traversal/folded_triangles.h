@@ -21,6 +21,7 @@ class FoldedTriangles {
   FoldedTriangles(const MeshModel& mesh, std::span<const TrianglePair> pairs, std::size_t side, WorkMeter& meter,
                   std::pmr::memory_resource* memory);
 
+  bool empty() const { return folded_.empty(); }
   bool contain(std::uint32_t triangle) const;
 
  private:
