@@ -2,6 +2,7 @@
 #include "tandem/engine/continuous_motion.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <stdexcept>
 #include <string>
 #include <tuple>
@@ -65,17 +66,20 @@ void ContinuousMotion::add_contacts(const Scene& scene, ContactList& contacts) c
   const auto before = [](const PairResult& pair, const PairResult& other) {
     return std::tie(pair.a, pair.b) < std::tie(other.a, other.b);
   };
-  for (const MotionStop& stop : impl_->first.stops()) {
-    if (!lives(stop.a) || !lives(stop.b)) continue;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> stopped;  // a pair may have been stopped more than once
+  for (const MotionStop& stop : impl_->first.stops())
+    if (lives(stop.a) && lives(stop.b)) stopped.push_back({stop.a.index(), stop.b.index()});
+  std::sort(stopped.begin(), stopped.end());
+  stopped.erase(std::unique(stopped.begin(), stopped.end()), stopped.end());
+  const PairFilter filter{scene.groups(), scene.masks(), scene.is_static()};
+  for (const auto& [a, b] : stopped) {
+    if (!filter.allows(a, b)) continue;
     PairResult pair;
-    pair.a = stop.a.index();
-    pair.b = stop.b.index();
-    const PairFilter filter{scene.groups(), scene.masks(), scene.is_static()};
-    if (!filter.allows(pair.a, pair.b)) continue;
+    pair.a = a;
+    pair.b = b;
     const auto place = std::lower_bound(contacts.pairs.begin(), contacts.pairs.end(), pair, before);
     const bool known = place != contacts.pairs.end() && !before(pair, *place);
-    if (known && place->contact_count != 0) continue;
-    pair = pair_at_nearest_points(scene, pair.a, pair.b, contacts);
+    pair = impl_->first.contacts_of_stop(scene, a, b, known ? &*place : nullptr, contacts);
     if (known)
       *place = pair;
     else

@@ -2,6 +2,7 @@
 #include "response/first_stops.h"
 
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <queue>
 #include <utility>
@@ -14,6 +15,8 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t swept_bodies_a_block = 256;
+/// The features of contacts of inner balls, of the first body and of the second: after those of all others.
+constexpr std::array<std::uint32_t, 2> ball_features{0xfffffffeu, 0xffffffffu};
 
 void grow(Aabb& box, const Aabb& by) {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -180,16 +183,43 @@ void FirstStops::find() {
   }
 }
 
-PairResult pair_at_nearest_points(const Scene& scene, std::uint32_t a, std::uint32_t b, ContactList& contacts) {
+PairResult FirstStops::contacts_of_stop(const Scene& scene, std::uint32_t a, std::uint32_t b, const PairResult* known,
+                                        ContactList& contacts) const {
+  const NarrowPhase narrow;
+  const Shape &shape_a = scene.shape_of(a), &shape_b = scene.shape_of(b);
+  const Pose &pose_a = scene.poses()[a], &pose_b = scene.poses()[b];
+  const auto add = [&](const PairAnswer& answer, std::uint32_t feature) {
+    contacts.contacts.push_back(
+        {0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, feature});
+  };
   PairResult pair;
-  pair.a = a;
-  pair.b = b;
-  pair.answer =
-      NarrowPhase().solve(scene.shape_of(a), scene.poses()[a], scene.shape_of(b), scene.poses()[b], Request::distance);
-  pair.first_contact = static_cast<std::uint32_t>(contacts.contacts.size());
-  pair.contact_count = 1;
-  const PairAnswer& answer = pair.answer;
-  contacts.contacts.push_back({0.5 * (answer.point_a + answer.point_b), answer.normal, -answer.signed_distance, 0});
+  const auto first = static_cast<std::uint32_t>(contacts.contacts.size());
+  if (known != nullptr && known->contact_count != 0) {
+    pair = *known;
+    for (std::uint32_t i = 0; i < known->contact_count; ++i)
+      contacts.contacts.push_back(Contact(contacts.contacts[known->first_contact + i]));
+  } else {
+    pair.a = a;
+    pair.b = b;
+    pair.answer = narrow.solve(shape_a, pose_a, shape_b, pose_b, Request::distance);
+    add(pair.answer, 0);
+  }
+  const auto at_centre = [](const Pose& pose, const InnerBall& ball) {
+    return Pose{Mat3::Identity(), pose * ball.centre};
+  };
+  const InnerBall ball_a = bodies_.ball_of(scene, a), ball_b = bodies_.ball_of(scene, b);
+  if (ball_a.radius > 0) {
+    const Pose at = at_centre(pose_a, ball_a);
+    const PairAnswer its = narrow.solve(Sphere{ball_a.radius}, at, shape_b, pose_b, Request::distance);
+    if (its.signed_distance < 0) add(its, ball_features[0]);
+  }
+  if (ball_b.radius > 0) {
+    const Pose at = at_centre(pose_b, ball_b);
+    const PairAnswer its = narrow.solve(shape_a, pose_a, Sphere{ball_b.radius}, at, Request::distance);
+    if (its.signed_distance < 0) add(its, ball_features[1]);
+  }
+  pair.first_contact = first;
+  pair.contact_count = static_cast<std::uint32_t>(contacts.contacts.size()) - first;
   return pair;
 }
 

@@ -43,6 +43,11 @@ class FirstStops {
     std::uint32_t body = 0;
     Aabb box;
   };
+  /// Appends to a list's contacts those of two bodies that were stopped by each other in the step before, and returns
+  /// the pair: `known`, their contacts in this step, or null; without any, the contact at their nearest points, with
+  /// negative depth. To these are added the contacts of inner balls that overlap the other body.
+  PairResult contacts_of_stop(const Scene& scene, std::uint32_t a, std::uint32_t b, const PairResult* known,
+                              ContactList& contacts) const;
   /// The boxes that stopped or carried bodies searched, as far as these exceed their around().
   std::span<const Stray> strays() const { return strays_; }
 
@@ -77,9 +82,5 @@ class FirstStops {
   std::vector<MotionStop> stops_;
   std::vector<std::vector<Meeting>> found_;  // one a watched body
 };
-
-/// Appends to a list's contacts the contact of two bodies at their nearest points, with negative depth; returns the
-/// pair, which is not yet in the list.
-PairResult pair_at_nearest_points(const Scene& scene, std::uint32_t a, std::uint32_t b, ContactList& contacts);
 
 }  // namespace tandem

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "response/inner_ball.h"
 #include "scene/scene_changes.h"
 #include "tandem/engine/continuous_motion.h"
 #include "tandem/narrowphase/narrow_phase.h"
@@ -25,12 +26,6 @@ struct Leg {
 
   Pose at(double t) const;
   Motion from(double t) const { return {at(t), motion.to, motion.straight_of}; }
-};
-
-/// A ball inside a shape.
-struct InnerBall {
-  Vec3 centre = Vec3::Zero();
-  double radius = 0;  ///< 0: there is none
 };
 
 /// Metres: the largest motion of a point in the step over all bodies, and that over all others than this fastest body.
@@ -62,6 +57,8 @@ class MovingBodies {
   Leg& leg_of(std::uint32_t watched_body) { return legs_[place_[watched_body]]; }
   Leg leg(std::uint32_t body) const;
   const Scene& scene() const { return *scene_; }
+  /// The inner ball of a continuous body's shape; of a static or another body none.
+  InnerBall ball_of(const Scene& scene, std::uint32_t body) const;
   /// True for a living body, not a sensor, that takes part here.
   bool takes_part(std::uint32_t body) const { return takes_part_[body] != 0; }
   /// True if the pair must be examined from t on: it is allowed, at least one of the two would be stopped or carried,

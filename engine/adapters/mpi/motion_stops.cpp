@@ -211,23 +211,20 @@ std::size_t MotionStops::limit(std::span<Pose> ends) {
   return stops;
 }
 
-/// Four numbers for each stop: the owners of its bodies and the rank that reports it, each counted from 1; and whether
-/// with contacts.
+/// Three numbers for each stop: the owners of its bodies and the rank that reports it, each counted from 1.
 std::vector<std::uint64_t> MotionStops::owners_and_reporters(const ContactList& found) const {
-  std::vector<std::uint64_t> who(4 * stops_.size());
+  std::vector<std::uint64_t> who(3 * stops_.size());
   const auto own = static_cast<std::uint64_t>(communicator_.rank()) + 1;
   std::map<IdPair, std::size_t> places;
   for (std::size_t s = 0; s < stops_.size(); ++s) {
-    if (bodies_.owns_id(stops_[s].a)) who[4 * s] = own;
-    if (bodies_.owns_id(stops_[s].b)) who[4 * s + 1] = own;
+    if (bodies_.owns_id(stops_[s].a)) who[3 * s] = own;
+    if (bodies_.owns_id(stops_[s].b)) who[3 * s + 1] = own;
     if (bodies_.has(stops_[s].a) && bodies_.has(stops_[s].b)) places.emplace(stops_[s], s);
   }
   if (!places.empty())
     for (const PairResult& pair : found.pairs) {
       const auto place = places.find(in_order(bodies_.id(pair.a), bodies_.id(pair.b)));
-      if (place == places.end()) continue;
-      who[4 * place->second + 2] = own;
-      who[4 * place->second + 3] = pair.contact_count != 0 ? 1 : 0;
+      if (place != places.end()) who[3 * place->second + 2] = own;
     }
   communicator_.sum(std::span<std::uint64_t>(who));
   return who;
@@ -238,7 +235,7 @@ void MotionStops::send_missing_copies(std::span<const std::uint64_t> who) {
   Outbox outbox(communicator_.ranks());
   bool any = false;
   for (std::size_t s = 0; s < stops_.size(); ++s) {
-    const std::uint64_t owner_a = who[4 * s], owner_b = who[4 * s + 1], reporter = who[4 * s + 2];
+    const std::uint64_t owner_a = who[3 * s], owner_b = who[3 * s + 1], reporter = who[3 * s + 2];
     if (owner_a == 0 || owner_b == 0 || owner_a == owner_b || reporter != 0) continue;
     any = true;
     const int to = static_cast<int>(owner_a) - 1;
@@ -258,8 +255,8 @@ const ContactList& MotionStops::with_contacts(const ContactList& found) {
   const Scene& scene = bodies_.scene();
   const PairFilter filter{scene.groups(), scene.masks(), scene.is_static()};
   for (std::size_t s = 0; s < stops_.size(); ++s) {
-    const std::uint64_t owner_a = who[4 * s], owner_b = who[4 * s + 1], reporter = who[4 * s + 2];
-    if (owner_a == 0 || owner_b == 0 || who[4 * s + 3] != 0) continue;
+    const std::uint64_t owner_a = who[3 * s], owner_b = who[3 * s + 1], reporter = who[3 * s + 2];
+    if (owner_a == 0 || owner_b == 0) continue;
     const std::uint64_t solver = reporter != 0 ? reporter : owner_a;
     if (static_cast<int>(solver) - 1 != communicator_.rank()) {
       if (reporter == 0) elsewhere_.push_back(stops_[s]);
@@ -267,10 +264,11 @@ const ContactList& MotionStops::with_contacts(const ContactList& found) {
     }
     const std::uint32_t a = bodies_.place(stops_[s].a).value(), b = bodies_.place(stops_[s].b).value();
     if (!filter.allows(a, b)) continue;
-    const PairResult pair = pair_at_nearest_points(scene, a, b, with_stopped_);
     const auto place = std::find_if(with_stopped_.pairs.begin(), with_stopped_.pairs.end(),
                                     [&](const PairResult& known) { return known.a == a && known.b == b; });
-    if (place != with_stopped_.pairs.end())
+    const bool known = place != with_stopped_.pairs.end();
+    const PairResult pair = own_.contacts_of_stop(scene, a, b, known ? &*place : nullptr, with_stopped_);
+    if (known)
       *place = pair;
     else
       with_stopped_.pairs.push_back(pair);

@@ -62,9 +62,10 @@ class ContinuousMotion {
   /// call. Throws std::invalid_argument that names the body whose end is no valid pose, or for a wrong number of ends.
   std::span<const MotionStop> limit(const Scene& scene, std::span<Pose> ends);
 
-  /// Adds to a step's contacts, for each pair that was stopped in the last call, still exists and has no contact in the
-  /// list, the contact at their nearest points, with negative depth. So a response handles stopped bodies whatever the
-  /// margin of detection, between meshes, too.
+  /// Adds to a step's contacts, for each pair that was stopped in the last call and still exists: if it has no contact
+  /// in the list, that at their nearest points, with negative depth; and that of an inner ball which overlaps the other
+  /// body, as its core may be what stopped the motion. So a response removes the approach of stopped bodies whatever
+  /// the margin of detection, between meshes, too.
   void add_contacts(const Scene& scene, ContactList& contacts) const;
 
  private:
