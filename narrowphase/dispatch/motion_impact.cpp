@@ -41,8 +41,7 @@ class ScrewSweep {
       return s.mid.norm() + s.half.norm() + path.at(0).translation.norm() + path.length(0);
     };
     box_slack_ = tolerance::place_rounding * (reach(a, path_a) + reach(b, path_b));
-    const double turn = (is_plane(a) ? path_a.angle() : 0) + (is_plane(b) ? path_b.angle() : 0);
-    coriolis_ = 2 * turn * (length_of({a.mid, a.half}, path_a) + length_of({b.mid, b.half}, path_b));
+    coriolis_ = 2 * (path_a.fastest(a.mid, a.half) + path_b.fastest(b.mid, b.half));
   }
 
   /// The time of the first contact, and the triangles; `never` if there is none.
@@ -89,11 +88,6 @@ class ScrewSweep {
     Vec3 normal;  // unit, world, from A to B
   };
 
-  /// The longest path and the highest speed of points of the box, for a motion of unit time.
-  static double length_of(const Box& box, const ScrewPath& path) {
-    return path.length(box.first.norm() + box.second.norm());
-  }
-
   static bool is_plane(const SweptBody& body) {
     return body.view.kind == ShapeKind::halfspace || body.view.kind == ShapeKind::plane;
   }
@@ -104,15 +98,36 @@ class ScrewSweep {
     return {back * (other * box.first - own.translation), (back * other.rotation).cwiseAbs() * box.second};
   }
 
-  /// The highest rate at which the gap along the normal may shrink at time t. A half-space does not turn in its own
-  /// frame, in which the other body passes it: the speed of its points near the other body counts, not that of far
-  /// ones.
-  double approach(const Vec3& normal, const Pose& at_a, const Pose& at_b, double t, const Box& box_a, const Box& box_b,
-                  bool planes) const {
-    const Box a = planes && is_plane(a_) ? seen_from(at_a, at_b, box_b) : box_a,
-              b = planes && is_plane(b_) ? seen_from(at_b, at_a, box_a) : box_b;
-    return path_a_.speed_along(normal, at_a, t, a.first, a.second) +
-           path_b_.speed_along(-normal, at_b, t, b.first, b.second);
+  /// The accelerations of two boxes' points; `turning`: of a point in the frame of a rotating half-space, in addition,
+  /// relative to the angle of the rotation.
+  struct Bends {
+    ScrewPath::Bend a, b;
+    double turning;
+  };
+
+  /// How the gap along the normal may shrink: by at most speed * dt + acceleration * dt^2 / 2 while the normal does not
+  /// turn.
+  struct Approach {
+    double speed, acceleration;
+  };
+
+  /// At time t. A half-space does not turn in its own frame, in which the other body passes it: the speed of its points
+  /// near the other body counts, not that of far ones. There its normal does not turn either; as seen from the other
+  /// body's axis it moves on a cone.
+  Approach approach(const Vec3& normal, const Pose& at_a, const Pose& at_b, double t, const Box& box_a,
+                    const Box& box_b, const Bends& bends, bool planes) const {
+    const bool plane_a = planes && is_plane(a_), plane_b = planes && is_plane(b_);
+    const Box a = plane_a ? seen_from(at_a, at_b, box_b) : box_a, b = plane_b ? seen_from(at_b, at_a, box_a) : box_b;
+    const auto [along_a, turns_a] = path_a_.speed_along(normal, at_a, t, a.first, a.second);
+    const auto [along_b, turns_b] = path_b_.speed_along(-normal, at_b, t, b.first, b.second);
+    if (!plane_a && !plane_b) return {along_a + along_b, bends.a.along(turns_a) + bends.b.along(turns_b)};
+    const double angle_a = path_a_.angle(), angle_b = path_b_.angle(), own = plane_a ? turns_a : turns_b;
+    const auto on_cone = [](double turns, double angle, double by, double of) {
+      return of > 0 ? std::min(angle, turns + 2 * angle * by / of) : turns;
+    };
+    const double seen_a = plane_b ? on_cone(turns_a, angle_a, turns_b, angle_b) : turns_a,
+                 seen_b = plane_a ? on_cone(turns_b, angle_b, turns_a, angle_a) : turns_b;
+    return {along_a + along_b, bends.a.along(seen_a) + bends.b.along(seen_b) + own * bends.turning};
   }
 
   /// A half-space's or plane's normal turns with it; the direction of another gap does not change.
@@ -123,49 +138,52 @@ class ScrewSweep {
   }
 
   /// The length of an advance that creeps along a gap, where the points' highest speed is too coarse a bound: `least`,
-  /// or longer, up to `most`. Let the direction of the gap turn evenly into that of the gap v at the end of an advance
-  /// of length dt. Two points then come no nearer along it than a parabola through both ends: they are apart in
+  /// or longer, up to `longest`. Let the direction of the gap turn evenly into that of the gap v at the end of an
+  /// advance of length dt. Two points then come no nearer along it than a parabola through both ends: they are apart in
   /// between, if bend * dt^2 / 2 <= (gap^(1/2) + v^(1/2))^2. Along a direction n that turns at the rate w, their
   /// distance has the second derivative (b'' - a'') . n + 2 (b' - a') . n' - w^2 (b - a) . n, whose last term only
-  /// separates them. On the other side of a plane the direction would have turned by half a circle, which is excluded
-  /// at this rate.
+  /// separates them; n differs from the first normal by at most the turn. On the other side of a plane the direction
+  /// would have turned by half a circle, which is excluded at this rate. `points`: their highest speed, and
+  /// acceleration along the first normal.
   template <class Distance>
-  double glide(double t, const Gap& now, double acceleration, double speed, double least, double most,
-               Distance&& distance) const {
-    for (double dt = most; dt > 2 * least; dt /= 4) {
+  double glide(double t, const Gap& now, const Approach& points, double acceleration_of_any, double least,
+               double longest, Distance&& distance) const {
+    for (double dt = longest; dt > 2 * least; dt /= 4) {
       const Gap then = distance(path_a_.at(t + dt), path_b_.at(t + dt));
       if (!(then.length >= 0)) continue;
       const Vec3 along = carried(now.normal, t, t + dt);
       const double turn = 2 * std::atan2((then.normal - along).norm(), (then.normal + along).norm());
       const double length = std::sqrt(now.length) + std::sqrt(then.length);
-      if ((acceleration * dt + 2 * speed * turn) * dt <= 2 * length * length) return dt;
+      const double bend = points.acceleration + turn * acceleration_of_any;
+      if ((bend * dt + 2 * points.speed * turn) * dt <= 2 * length * length) return dt;
     }
     return least;
   }
 
-  /// Advances from `from`, at most `most` times, while `distance` reports a gap that is no touch: no skipped time has a
-  /// contact. Returns `never` beyond `until`. `planes`: gaps to a half-space are measured to its plane. `work`: units
-  /// of one advance.
+  /// Advances from `from`, at most `most_advances` times, while `distance` reports a gap that is no touch: no skipped
+  /// time has a contact. Returns `never` beyond `until`. `planes`: gaps to a half-space are measured to its plane.
+  /// `work`: units of one advance.
   template <class Distance>
-  double advance(const Box& box_a, const Box& box_b, double from, double until, int most, bool planes, int work,
-                 Distance&& distance) {
+  double advance(const Box& box_a, const Box& box_b, double from, double until, int most_advances, bool planes,
+                 int work, Distance&& distance) {
     constexpr int few_advances = 64;  // afterwards it creeps
+    const Bends bends{path_a_.bend(box_a.first, box_a.second), path_b_.bend(box_b.first, box_b.second),
+                      planes ? coriolis_ : 0};
     double t = from, stride = until - from;
-    for (int i = 0; i < most; ++i) {
+    for (int i = 0; i < most_advances; ++i) {
       meter_.spend(work);
       const Pose at_a = path_a_.at(t), at_b = path_b_.at(t);
       const Gap gap = distance(at_a, at_b);
       if (gap.length <= gap_of_touch_) return t;
-      // The two approach each other along the normal by at most speed * dt + acceleration * dt^2 / 2.
-      const double speed = approach(gap.normal, at_a, at_b, t, box_a, box_b, planes);
-      const double acceleration = path_a_.acceleration(box_a.first, box_a.second) +
-                                  path_b_.acceleration(box_b.first, box_b.second) + (planes ? coriolis_ : 0);
+      const auto [speed, acceleration] = approach(gap.normal, at_a, at_b, t, box_a, box_b, bends, planes);
       const double closing = speed + std::sqrt(speed * speed + 2 * acceleration * gap.length);
       if (!(closing > 0)) return never;
       double dt = 2 * gap.length / closing;
       if (i >= few_advances) {
-        const double fastest = length_of(box_a, path_a_) + length_of(box_b, path_b_);
-        dt = stride = glide(t, gap, acceleration, fastest, dt, std::min(4 * stride, until - t), distance);
+        const double fastest = path_a_.fastest(box_a.first, box_a.second) + path_b_.fastest(box_b.first, box_b.second);
+        const double angles = path_a_.angle() + path_b_.angle();
+        const double most = bends.a.along(path_a_.angle()) + bends.b.along(path_b_.angle()) + angles * bends.turning;
+        dt = stride = glide(t, gap, {fastest, acceleration}, most, dt, std::min(4 * stride, until - t), distance);
       }
       const double next = t + dt;
       if (!(next <= until)) return never;
@@ -223,7 +241,7 @@ class ScrewSweep {
   const ScrewPath &path_a_, &path_b_;
   const double rounding_a_, rounding_b_, gap_of_touch_;
   double box_slack_;  // rounding of coordinates in hierarchies
-  double coriolis_;   // upper bound on the acceleration of a point in the frame of a rotating half-space
+  double coriolis_;  // upper bound on the acceleration of a point in a rotating frame, relative to the rotation's speed
 };
 
 /// The largest distance from an unbounded shape's origin of points that the other shape can reach.
@@ -239,6 +257,24 @@ double shape_reach(const Shape& shape, const WorkLimit* limit) {
   return ((box.lo + box.hi) / 2).norm() + ((box.hi - box.lo) / 2).norm();
 }
 
+/// The axis about which a shape is one of revolution.
+std::optional<Vec3> axis_of_revolution(const Shape& shape) {
+  switch (shape.kind()) {
+    case ShapeKind::capsule:
+    case ShapeKind::cylinder:
+    case ShapeKind::cone:
+      return Vec3::UnitZ();
+    case ShapeKind::ellipsoid: {
+      const Vec3 r = shape.radii();
+      for (int k = 0; k < 3; ++k)
+        if (r[(k + 1) % 3] == r[(k + 2) % 3]) return Vec3::Unit(k);
+      return std::nullopt;
+    }
+    default:
+      return std::nullopt;
+  }
+}
+
 /// What a shape on its path adds to the gap up to which two count as touching, metres.
 double touch_share(const Shape& shape, const ScrewPath& path, const WorkLimit* limit) {
   return tolerance::touch * (shape.size() + shape.rounding()) +
@@ -250,7 +286,7 @@ double touch_share(const Shape& shape, const ScrewPath& path, const WorkLimit* l
 std::optional<FirstTouch> NarrowPhase::time_of_impact(const Shape& a, const Motion& motion_a, const Shape& b,
                                                       const Motion& motion_b) const {
   if (const std::string why = refuses(a, b, Request::distance); !why.empty()) throw std::invalid_argument(why);
-  const ScrewPath path_a(motion_a), path_b(motion_b);
+  const ScrewPath path_a(motion_a, axis_of_revolution(a)), path_b(motion_b, axis_of_revolution(b));
   if (unless_stopped(solve(a, path_a.at(0), b, path_b.at(0), Request::collide)).collide) {
     const PairAnswer now = unless_stopped(
         NarrowPhase(without_cutoff(options_)).solve(a, path_a.at(0), b, path_b.at(0), Request::distance));

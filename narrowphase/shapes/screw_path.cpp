@@ -10,15 +10,17 @@
 
 namespace tandem {
 
-ScrewPath::ScrewPath(const Motion& motion) : motion_{orthonormalized(motion.from), orthonormalized(motion.to)} {
+ScrewPath::ScrewPath(const Motion& motion, std::optional<Vec3> revolution)
+    : motion_{orthonormalized(motion.from), orthonormalized(motion.to)} {
   const Quat turn(Mat3(motion_.to.rotation * motion_.from.rotation.transpose()));
   const double sine = turn.vec().norm();
   if (sine > 0) {
     axis_ = (turn.w() < 0 ? -1.0 : 1.0) / sine * turn.vec();
     angle_ = 2 * std::atan2(sine, std::abs(turn.w()));
   }
+  if (motion.straight_of) centre_ = about_ = *motion.straight_of;
+  if (revolution) follow_axis(*revolution);
   if (motion.straight_of) {
-    centre_ = *motion.straight_of;
     along_ = motion_.to * centre_ - motion_.from * centre_;
     across_ = square_ = Vec3::Zero();
     return;
@@ -29,6 +31,20 @@ ScrewPath::ScrewPath(const Motion& motion) : motion_{orthonormalized(motion.from
   square_ = axis_.cross(across_);
   const double half = angle_ / 2;
   chord_speed_ = (half > 0 ? half / std::sin(half) : 1.0) * across_.norm();
+}
+
+// The axis u of the body has a constant angle to that of the rotation, w. With the angular velocity w' = w - (w . u) u
+// it moves in the same way, but the body does not spin; a point at distance r of the axis' point then has at most the
+// acceleration (|w'|^2 + |w . u| |w x u|) r.
+void ScrewPath::follow_axis(const Vec3& revolution) {
+  const Vec3 world = motion_.from.rotation * revolution;
+  const double cosine = axis_.dot(world), sine = axis_.cross(world).norm(), bend = sine * (sine + std::abs(cosine));
+  follows_axis_ = bend < 0.5;
+  if (!follows_axis_) return;
+  revolution_ = revolution;
+  about_ = revolution.dot(centre_) * revolution;
+  cosine_ = cosine;
+  bend_ = bend;
 }
 
 // The component across the axis, rotated.
@@ -49,18 +65,31 @@ Pose ScrewPath::at(double t) const {
   return pose;
 }
 
-double ScrewPath::speed_along(const Vec3& n, const Pose& pose, double t, const Vec3& mid, const Vec3& half) const {
+ScrewPath::Speed ScrewPath::speed_along(const Vec3& n, const Pose& pose, double t, const Vec3& mid,
+                                        const Vec3& half) const {
   const double half_angle = angle_ / 2;
   const double scale = half_angle > 0 ? half_angle / std::sin(half_angle) : 1.0;
-  const Vec3 velocity = along_ + scale * across_at((t - 0.5) * angle_);
-  if (angle_ == 0) return n.dot(velocity);
+  const double of_centre = n.dot(along_ + scale * across_at((t - 0.5) * angle_));
+  if (angle_ == 0) return {of_centre, 0};
   // n . (omega x r) = (n x omega) . r, maximised over the box.
-  const Vec3 lever = pose.rotation.transpose() * n.cross(angle_ * axis_);
-  return n.dot(velocity) + lever.dot(mid - centre_) + lever.cwiseAbs().dot(half);
+  const Vec3 turning = n.cross(angle_ * axis_), lever = pose.rotation.transpose() * turning;
+  const double of_normal = turning.norm();
+  if (!follows_axis_) return {of_centre + lever.dot(mid - about_) + lever.cwiseAbs().dot(half), of_normal};
+  const Vec3 of_axis = lever - angle_ * cosine_ * (pose.rotation.transpose() * n).cross(revolution_);
+  return {of_centre + lever.dot(about_ - centre_) + of_axis.dot(mid - about_) + of_axis.cwiseAbs().dot(half),
+          of_normal};
 }
 
-double ScrewPath::acceleration(const Vec3& mid, const Vec3& half) const {
-  return angle_ == 0 ? 0 : angle_ * (chord_speed_ + angle_ * ((mid - centre_).norm() + half.norm()));
+double ScrewPath::fastest(const Vec3& mid, const Vec3& half) const {
+  return along_.norm() + chord_speed_ + angle_ * ((about_ - centre_).norm() + (mid - about_).norm() + half.norm());
+}
+
+// The centre, and what rotates about it with the body, are accelerated square to the axis.
+ScrewPath::Bend ScrewPath::bend(const Vec3& mid, const Vec3& half) const {
+  if (angle_ == 0) return {0, 0};
+  const double reach = (mid - about_).norm() + half.norm();
+  if (!follows_axis_) return {chord_speed_ + angle_ * reach, 0};
+  return {chord_speed_ + angle_ * (about_ - centre_).norm(), angle_ * angle_ * bend_ * reach};
 }
 
 void require_valid(const Motion& motion, std::string_view what) {
@@ -71,8 +100,8 @@ void require_valid(const Motion& motion, std::string_view what) {
   for (int i = 0; i < 3; ++i) {
     const double x = (*motion.straight_of)[i];
     if (!(std::abs(x) <= tolerance::longest_length))
-      throw std::invalid_argument(name + ": straight_of[" + std::to_string(i) + "] is " + written(x) +
-                                  "; it must be " + allowed_coordinate());
+      throw std::invalid_argument(name + ": straight_of[" + std::to_string(i) + "] is " + written(x) + "; it must be " +
+                                  allowed_coordinate());
   }
 }
 

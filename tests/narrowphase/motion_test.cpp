@@ -100,13 +100,60 @@ TEST_CASE("first touch on motions: a mesh's triangle is named") {
   const NarrowPhase n;
   const Shape ring(torus(2, 0.5, 24, 12));
   const Pose still;
-  const auto touch = n.time_of_impact(Sphere{0}, Motion{Pose::at(0, 0, 3), Pose::at(4, 0, -3)}, ring, Motion{still, still});
+  const auto touch =
+      n.time_of_impact(Sphere{0}, Motion{Pose::at(0, 0, 3), Pose::at(4, 0, -3)}, ring, Motion{still, still});
   REQUIRE(touch);
   REQUIRE(touch->feature[1] < ring.triangles().size());
   const auto corners = ring.triangles()[touch->feature[1]];
-  const std::array<Vec3, 3> vertices{ring.vertices()[corners[0]], ring.vertices()[corners[1]], ring.vertices()[corners[2]]};
+  const std::array<Vec3, 3> vertices{ring.vertices()[corners[0]], ring.vertices()[corners[1]],
+                                     ring.vertices()[corners[2]]};
   CHECK(n.solve(Sphere{0}, pose_at({Pose::at(0, 0, 3), Pose::at(4, 0, -3)}, touch->t), Triangle{vertices}, still,
-                Request::distance).signed_distance < 1e-8);
+                Request::distance)
+            .signed_distance < 1e-8);
+}
+
+TEST_CASE("first touch on motions: faces that turn in their plane beside another, a billionth apart, do not touch") {
+  const NarrowPhase n;
+  const Shape cube = Box{{1, 1, 1}}, floor = HalfSpace{Vec3::UnitZ(), 0.5}, mesh(box_mesh({1, 1, 1}, 2));
+  for (const double gap : {1e-9, 1e-8, 1e-7})
+    for (const Shape& other : {cube, floor, mesh}) {
+      CAPTURE(gap, name(other.kind()));
+      const auto turned = [&](double angle, double x) {
+        return Pose{Eigen::AngleAxisd(angle, Vec3::UnitZ()).toRotationMatrix(), Vec3(x, 0.1, 1 + gap)};
+      };
+      CHECK_FALSE(n.time_of_impact(cube, {turned(0, 0), turned(3, 0.3)}, other, Motion{}));
+      CHECK_FALSE(n.time_of_impact(mesh, {turned(0, 0), turned(3, 0.3)}, other, Motion{}));
+      // Both turn, the floor too.
+      const Motion back{Pose{}, Pose{Eigen::AngleAxisd(-2, Vec3::UnitZ()).toRotationMatrix(), Vec3::Zero()}};
+      CHECK_FALSE(n.time_of_impact(cube, {turned(0, 0), turned(3, 0.3)}, other, back));
+    }
+}
+
+TEST_CASE("first touch on motions: a wheel that rolls a billionth above a floor does not touch it, a lower one does") {
+  const NarrowPhase n;
+  const Shape wheels[] = {Cylinder{0.5, 0.2}, Capsule{0.5, 0.2}, Ellipsoid{{0.5, 0.5, 0.1}},
+                          Ellipsoid{{0.1, 0.5, 0.5}}};
+  for (const Shape& wheel : wheels) {
+    const bool about_x = wheel.kind() == ShapeKind::ellipsoid && wheel.radii().x() < 0.2;
+    const Mat3 upright = about_x ? Eigen::AngleAxisd(std::acos(0.0), Vec3::UnitZ()).toRotationMatrix()
+                                 : Eigen::AngleAxisd(std::acos(0.0), Vec3::UnitX()).toRotationMatrix();
+    const auto rolled = [&](double angle, double height) {
+      return Pose{Eigen::AngleAxisd(angle, Vec3::UnitY()).toRotationMatrix() * upright, Vec3(angle * 0.5, 0, height)};
+    };
+    for (const Shape& floor : {Shape(HalfSpace{}), Shape(Box{{20, 20, 1e-3}})}) {
+      CAPTURE(name(wheel.kind()), name(floor.kind()));
+      const double top = floor.kind() == ShapeKind::box ? 0.0005 : 0;
+      for (const double gap : {1e-9, 1e-8, 1e-7}) {
+        const double height = 0.5 + top + gap;
+        CHECK_FALSE(n.time_of_impact(wheel, {rolled(0, height), rolled(3, height), Vec3::Zero()}, floor, Motion{}));
+      }
+      // It comes down by 0.3 while it rolls, and touches after a third.
+      const auto touch =
+          n.time_of_impact(wheel, {rolled(0, 0.6 + top), rolled(3, 0.3 + top), Vec3::Zero()}, floor, Motion{});
+      REQUIRE(touch);
+      CHECK(std::abs(touch->t - 1.0 / 3) < 1e-8);
+    }
+  }
 }
 
 TEST_CASE("motions whose numbers no time of impact can use are refused by name") {
