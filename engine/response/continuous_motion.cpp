@@ -85,6 +85,16 @@ void ContinuousMotion::add_contacts(const Scene& scene, ContactList& contacts) c
     else
       contacts.pairs.insert(place, pair);
   }
+  if (stopped.empty()) return;
+  // Those of a pair were appended: all in the order of the pairs again.
+  std::vector<Contact> in_order;
+  in_order.reserve(contacts.contacts.size());
+  for (PairResult& pair : contacts.pairs) {
+    const auto its = contacts.of(pair);
+    pair.first_contact = static_cast<std::uint32_t>(in_order.size());
+    in_order.insert(in_order.end(), its.begin(), its.end());
+  }
+  contacts.contacts = std::move(in_order);
 }
 
 }  // namespace tandem

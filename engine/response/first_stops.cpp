@@ -15,8 +15,8 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t swept_bodies_a_block = 256;
-/// The features of contacts of inner balls, of the first body and of the second: after those of all others.
-constexpr std::array<std::uint32_t, 2> ball_features{0xfffffffeu, 0xffffffffu};
+/// The features of contacts of inner balls, of the first body and of the second: no others have them.
+constexpr std::array<std::uint32_t, 2> ball_features{0xfffffffdu, 0xfffffffeu};
 
 void grow(Aabb& box, const Aabb& by) {
   for (std::size_t k = 0; k < 3; ++k) {
@@ -94,7 +94,7 @@ void FirstStops::each_near(const Aabb& box, bool anywhere, Visit&& visit) {
 /// Appends the contacts of `body` from t on. At the start of a step the watched body of the larger index finds a pair
 /// itself.
 void FirstStops::find_impacts(std::uint32_t body, double t, std::vector<Meeting>& out) {
-  const bool at_start = bodies_.leg(body).free;
+  const bool at_start = changes_[body] == 0;
   const Scene& scene = bodies_.scene();
   const SweptBoxes swept(scene.shape_of(body), bodies_.leg(body).motion);
   const Aabb whole = joined(swept);
@@ -109,7 +109,7 @@ void FirstStops::find_impacts(std::uint32_t body, double t, std::vector<Meeting>
     if (!near) return;
     const std::uint32_t a = std::min(body, other), b = std::max(body, other);
     if (const auto touch = bodies_.meet(a, b, t))
-      out.push_back({touch->t, a, b, changes_[a], changes_[b], touch->point, touch->normal});
+      out.push_back({touch->t, a, b, changes_[a], changes_[b], touch->point, touch->normal, touch->core});
   });
 }
 
@@ -125,20 +125,53 @@ void FirstStops::rest_at(std::uint32_t body, double t) {
   change(body, {t, {here, here, leg.motion.straight_of}, false, 0});
 }
 
+/// The motion of a body that from t on keeps its pose relative to another one.
+Motion FirstStops::carried_by(std::uint32_t other, const Leg& leg, double t) const {
+  const Leg taken = bodies_.leg(other);
+  const Pose here = leg.at(t), there = taken.at(t);
+  const Mat3 turn = taken.motion.to.rotation * there.rotation.transpose();
+  const Pose end{turn * here.rotation, taken.motion.to.translation + turn * (here.translation - there.translation)};
+  const Vec3 straight = here.rotation.transpose() * (there * *taken.motion.straight_of - here.translation);
+  return {here, orthonormalized(end), straight};
+}
+
 void FirstStops::follow(std::uint32_t body, std::uint32_t other, double t) {
   const Leg leg = bodies_.leg(body), taken = bodies_.leg(other);
   if (is_still(taken.motion)) return rest_at(body, t);
-  const Pose here = leg.at(t), there = taken.at(t);
-  // The body keeps its pose relative to the other one.
-  const Mat3 turn = taken.motion.to.rotation * there.rotation.transpose();
-  Pose end{turn * here.rotation, taken.motion.to.translation + turn * (here.translation - there.translation)};
-  const Vec3 straight = here.rotation.transpose() * (there * *taken.motion.straight_of - here.translation);
-  change(body, {t, {here, orthonormalized(end), straight}, false, taken.speed});
+  change(body, {t, carried_by(other, leg, t), false, taken.speed});
   strayed_.push_back(body);
+}
+
+/// Takes from a body's motion, as seen from the other one, the approach of its core; the body slides and turns on.
+/// Where that does not suffice, as a surface rises before the core or two form a corner, its centre moves with the
+/// other body, at last all of it: their common motion is not lost. False if even that was tried.
+bool FirstStops::hold_off(const Meeting& meeting) {
+  constexpr std::uint8_t slides = 3;
+  const std::uint32_t body = meeting.core, other = meeting.a == body ? meeting.b : meeting.a;
+  if (body == BodiesTouch::none || !bodies_.leg(body).free || held_off_[body] > slides + 1) return false;
+  const std::uint8_t before = held_off_[body]++;
+  const Leg leg = bodies_.leg(body), taken = bodies_.leg(other);
+  if (before > slides) {
+    change(body, {meeting.t, carried_by(other, leg, meeting.t), true, leg.speed});
+  } else {
+    const Pose here = leg.at(meeting.t), there = taken.at(meeting.t);
+    const Vec3 centre = bodies_.ball_of(bodies_.scene(), body).centre, at = here * centre;
+    const Vec3 carried = taken.motion.to * (there.rotation.transpose() * (at - there.translation));
+    Vec3 shift = leg.motion.to * centre - carried;
+    shift -= meeting.normal.dot(shift) * meeting.normal;
+    if (before == slides) shift.setZero();
+    const Mat3& turned = leg.motion.to.rotation;
+    change(body, {meeting.t, {here, {turned, carried + shift - turned * centre}, centre}, true, leg.speed});
+  }
+  strayed_.push_back(body);
+  return true;
 }
 
 void FirstStops::apply(const Meeting& meeting) {
   const auto [a, b, t] = std::tie(meeting.a, meeting.b, meeting.t);
+  const Scene& scene = bodies_.scene();
+  stops_.push_back({t, scene.id(a), scene.id(b), meeting.point, meeting.normal});
+  if (hold_off(meeting)) return;
   const Leg leg_a = bodies_.leg(a), leg_b = bodies_.leg(b);
   if (leg_a.free && leg_b.free) {
     rest_at(a, t);
@@ -148,8 +181,6 @@ void FirstStops::apply(const Meeting& meeting) {
   } else {
     follow(b, a, t);
   }
-  const Scene& scene = bodies_.scene();
-  stops_.push_back({t, scene.id(a), scene.id(b), meeting.point, meeting.normal});
 }
 
 void FirstStops::find() {
@@ -160,6 +191,7 @@ void FirstStops::find() {
   if (watched.empty()) return;
   build_hierarchy_near_watched();
   changes_.assign(bodies_.scene().indices(), 0);
+  held_off_.assign(bodies_.scene().indices(), 0);
   found_.resize(std::max(found_.size(), watched.size()));
   ParallelTime unused;
   for_blocks(watched.size(), 1, unused, [&](std::size_t i, std::size_t) {
@@ -220,6 +252,8 @@ PairResult FirstStops::contacts_of_stop(const Scene& scene, std::uint32_t a, std
   }
   pair.first_contact = first;
   pair.contact_count = static_cast<std::uint32_t>(contacts.contacts.size()) - first;
+  std::stable_sort(contacts.contacts.begin() + first, contacts.contacts.end(),
+                   [](const Contact& x, const Contact& y) { return x.feature < y.feature; });
   return pair;
 }
 

@@ -38,7 +38,8 @@ class FirstStops {
   void clear() { stops_.clear(); }
   /// The end pose of a watched body; its given end if it was not stopped.
   Pose end(std::uint32_t watched_body) const { return bodies_.leg(watched_body).motion.to; }
-  bool is_stopped(std::uint32_t watched_body) const { return !bodies_.leg(watched_body).free; }
+  /// True if its motion was ended or changed.
+  bool is_stopped(std::uint32_t watched_body) const { return changes_[watched_body] != 0; }
   struct Stray {
     std::uint32_t body = 0;
     Aabb box;
@@ -58,6 +59,7 @@ class FirstStops {
     std::uint32_t a = 0, b = 0;
     std::uint32_t changes_a = 0, changes_b = 0;
     Vec3 point, normal;
+    std::uint32_t core = BodiesTouch::none;
     bool operator>(const Meeting& other) const { return std::tie(t, a, b) > std::tie(other.t, other.a, other.b); }
   };
 
@@ -66,7 +68,9 @@ class FirstStops {
   void each_near(const Aabb& box, bool anywhere, Visit&& visit);
   void find_impacts(std::uint32_t body, double t, std::vector<Meeting>& found);
   void apply(const Meeting& meeting);
+  bool hold_off(const Meeting& meeting);
   void rest_at(std::uint32_t body, double t);
+  Motion carried_by(std::uint32_t other, const Leg& leg, double t) const;
   void follow(std::uint32_t body, std::uint32_t other, double t);
   void change(std::uint32_t body, const Leg& leg);
 
@@ -74,6 +78,7 @@ class FirstStops {
   std::vector<Aabb> around_;            // one a body: contains its motion in the step
   std::vector<std::uint32_t> nearby_;   // bodies near a watched one
   std::vector<std::uint32_t> changes_;  // one a body: how often its leg changed
+  std::vector<std::uint8_t> held_off_;  // one a body: how often its core was held off
   std::vector<std::uint32_t> changed_;  // bodies whose leg changed in the present contact
   std::vector<std::uint32_t> strayed_;  // bodies that were carried along: they may be anywhere
   std::vector<Stray> strays_;

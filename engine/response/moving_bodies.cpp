@@ -45,7 +45,7 @@ void MovingBodies::learn_shapes() {
   }
   for (std::uint32_t i = 0; i < scene_->indices(); ++i) {
     const std::uint32_t shape = scene_->shape_indices()[i];
-    if (!scene_->continuous()[i] || !takes_part_[i] || has_ball_[shape]) continue;
+    if (!scene_->alive(i) || !scene_->continuous()[i] || has_ball_[shape]) continue;
     balls_[shape] = inner_ball(narrow_, scene_->shapes()[shape]);
     has_ball_[shape] = 1;
   }
@@ -97,7 +97,7 @@ FastestTwo MovingBodies::fastest() const {
 bool MovingBodies::watch(const FastestTwo& of_all) {
   for (std::uint32_t i = 0; i < scene_->indices(); ++i) {
     if (scene_->continuous()[i] == 0 || scene_->is_static()[i] != 0 || takes_part_[i] == 0) continue;
-    if (!(length_[i] + of_all.of_others(length_[i]) > least_fast_motion(i))) continue;
+    if (!(length_[i] + of_all.of_others(length_[i]) > least_fast_motion(short_motion(i)))) continue;
     place_[i] = static_cast<std::uint32_t>(legs_.size());
     watched_.push_back(i);
     legs_.push_back({0, whole(i), true, 0});
@@ -122,17 +122,21 @@ bool MovingBodies::may_meet(std::uint32_t a, std::uint32_t b, double t) const {
   const auto [free_b, speed_b] = state(b, watched_b);
   // If both bodies no longer follow their own motion, the faster one carries the other along, if that is possible.
   if (!free_a && !free_b && !(watched_a && speed_a < speed_b) && !(watched_b && speed_b < speed_a)) return false;
-  return left(a, b, t) > least_fast_motion(a, b) && allows(a, b);
+  return left(a, b, t) > least_fast_motion(short_motion(a, b)) && allows(a, b);
 }
 
-double MovingBodies::least_fast_motion(std::uint32_t body) const {
+double MovingBodies::short_motion(std::uint32_t body) const {
   const double radius = balls_[scene_->shape_indices()[body]].radius;
   return radius > 0 ? fast_motion * radius : fast_surface * scene_->shape_of(body).size();
 }
 
-double MovingBodies::least_fast_motion(std::uint32_t a, std::uint32_t b) const {
-  if (!is_watched(a)) return least_fast_motion(b);
-  return is_watched(b) ? std::min(least_fast_motion(a), least_fast_motion(b)) : least_fast_motion(a);
+double MovingBodies::short_motion(std::uint32_t a, std::uint32_t b) const {
+  if (!is_watched(a)) return short_motion(b);
+  return is_watched(b) ? std::min(short_motion(a), short_motion(b)) : short_motion(a);
+}
+
+double MovingBodies::least_fast_motion(double length) const {
+  return length < scene_->gravity.norm() * scene_->dt * scene_->dt ? 0 : length;
 }
 
 double MovingBodies::left(std::uint32_t a, std::uint32_t b, double t) const {
@@ -145,10 +149,9 @@ double MovingBodies::left(std::uint32_t a, std::uint32_t b, double t) const {
   return of(a) + of(b);
 }
 
-std::optional<FirstTouch> MovingBodies::core_meets(std::uint32_t a, std::uint32_t b, double t, double soon) const {
+std::optional<BodiesTouch> MovingBodies::core_meets(std::uint32_t a, std::uint32_t b, double t, double soon) const {
   const InnerBall& ball = balls_[scene_->shape_indices()[a]];
   if (ball.radius == 0) return std::nullopt;
-  const Shape core = Sphere{core_share * ball.radius};
   const Shape& other = scene_->shape_of(b);
   const Leg leg_a = leg(a), leg_b = leg(b);
   const auto motion = [&](double from) {
@@ -157,26 +160,33 @@ std::optional<FirstTouch> MovingBodies::core_meets(std::uint32_t a, std::uint32_
     shifted.straight_of = *shifted.straight_of - ball.centre;
     return shifted;
   };
-  auto touch = narrow_.time_of_impact(core, motion(t), other, leg_b.from(t));
-  if (touch && touch->t == 0) {
-    // It may move along and out, not deeper.
-    const auto distance = [&](double at) {
-      return narrow_.solve(core, motion(at).from, other, leg_b.at(at), Request::distance).signed_distance;
-    };
-    if (distance(soon) < distance(t)) {
-      touch->t = t;
-      return touch;
-    }
-    t = soon;
-    touch = narrow_.time_of_impact(core, motion(t), other, leg_b.from(t));
-    if (touch && touch->t == 0) return std::nullopt;
+  const auto first = [&](double radius, double from) {
+    std::optional<BodiesTouch> touch;
+    const auto found = narrow_.time_of_impact(Sphere{radius}, motion(from), other, leg_b.from(from));
+    if (!found) return touch;
+    touch = BodiesTouch{*found, a};
+    touch->t = from + touch->t * (1 - from);
+    return touch;
+  };
+  const auto room = [&](double at) {
+    return narrow_.solve(Sphere{0}, motion(at).from, other, leg_b.at(at), Request::distance).signed_distance;
+  };
+  const double radius = core_share * ball.radius, now = room(t);
+  // Twice the gap that counts as a touch.
+  const double least_gap = 2 * (touch_share(Sphere{radius}, path_length(motion(t), radius)) +
+                                touch_share(other, path_length(leg_b.from(t), reach_[scene_->shape_indices()[b]])));
+  if (now > 2 * least_gap) return first(std::min(radius, now - least_gap), t);
+  // The centre is inside, or on a surface: it may move along and out, not deeper.
+  if (room(soon) >= now - least_gap) {
+    const auto later = first(radius, soon);
+    return later && later->t > soon ? later : std::nullopt;
   }
-  if (touch) touch->t = t + touch->t * (1 - t);
-  return touch;
+  const PairAnswer inside = narrow_.solve(Sphere{radius}, motion(t).from, other, leg_b.at(t), Request::distance);
+  return BodiesTouch{{t, 0.5 * (inside.point_a + inside.point_b), inside.normal}, a};
 }
 
-std::optional<FirstTouch> MovingBodies::cores_meet(std::uint32_t a, std::uint32_t b, double t, double soon) const {
-  std::optional<FirstTouch> first;
+std::optional<BodiesTouch> MovingBodies::cores_meet(std::uint32_t a, std::uint32_t b, double t, double soon) const {
+  std::optional<BodiesTouch> first;
   if (is_watched(a)) first = core_meets(a, b, t, soon);
   if (!is_watched(b)) return first;
   auto other = core_meets(b, a, t, soon);
@@ -186,24 +196,25 @@ std::optional<FirstTouch> MovingBodies::cores_meet(std::uint32_t a, std::uint32_
 }
 
 /// A future contact; empty also if they touch already, which `touching` tells.
-std::optional<FirstTouch> MovingBodies::whole_meet(std::uint32_t a, std::uint32_t b, double t, bool& touching) const {
+std::optional<BodiesTouch> MovingBodies::whole_meet(std::uint32_t a, std::uint32_t b, double t, bool& touching) const {
   const Motion motion_a = leg(a).from(t), motion_b = leg(b).from(t);
   const Shape &shape_a = scene_->shape_of(a), &shape_b = scene_->shape_of(b);
   touching = narrow_.solve(shape_a, motion_a.from, shape_b, motion_b.from, Request::collide).collide;
   if (touching) return std::nullopt;
-  auto touch = narrow_.time_of_impact(shape_a, motion_a, shape_b, motion_b);
+  const auto touch = narrow_.time_of_impact(shape_a, motion_a, shape_b, motion_b);
   touching = touch && touch->t == 0;
   if (!touch || touching) return std::nullopt;
-  touch->t = t + touch->t * (1 - t);
-  return touch;
+  BodiesTouch out{*touch, BodiesTouch::none};
+  out.t = t + touch->t * (1 - t);
+  return out;
 }
 
-std::optional<FirstTouch> MovingBodies::meet(std::uint32_t a, std::uint32_t b, double t) const {
+std::optional<BodiesTouch> MovingBodies::meet(std::uint32_t a, std::uint32_t b, double t) const {
   bool touching = false;
   auto first = whole_meet(a, b, t, touching);
   if (!touching) return first;
   // They may separate at once, and touch elsewhere.
-  const double soon = t + (1 - t) * std::min(1.0, least_fast_motion(a, b) / left(a, b, t));
+  const double soon = t + (1 - t) * std::min(1.0, short_motion(a, b) / left(a, b, t));
   first = whole_meet(a, b, soon, touching);
   return touching ? cores_meet(a, b, t, soon) : first;
 }

@@ -18,7 +18,7 @@ namespace tandem {
 struct Leg {
   double begin = 0;  ///< start time, [0, 1]
   Motion motion;     ///< over the remaining step
-  /// True until the body is stopped: it follows its given motion.
+  /// True until the body is stopped: it follows its given motion, or what held off cores have left of it.
   bool free = true;
   /// Metres that the carrying body moves in the step; the body's own length if none carries it and it is not
   /// continuous.
@@ -37,6 +37,12 @@ struct FastestTwo {
     first = std::max(first, length);
   }
   double of_others(double length) const { return length == first ? second : first; }
+};
+
+/// A contact of two bodies in a step, in its time.
+struct BodiesTouch : FirstTouch {
+  static constexpr std::uint32_t none = 0xffffffffu;
+  std::uint32_t core = none;  ///< the body whose core touches the other one; none: the surfaces touch
 };
 
 class MovingBodies {
@@ -66,7 +72,7 @@ class MovingBodies {
   bool may_meet(std::uint32_t a, std::uint32_t b, double t) const;
 
   /// The first contact of the two from t on, in time of the step; a < b.
-  std::optional<FirstTouch> meet(std::uint32_t a, std::uint32_t b, double t) const;
+  std::optional<BodiesTouch> meet(std::uint32_t a, std::uint32_t b, double t) const;
 
  private:
   static constexpr std::uint32_t none = 0xffffffffu;
@@ -75,15 +81,19 @@ class MovingBodies {
   void measure(std::uint32_t body);
   Motion whole(std::uint32_t body) const;
   bool allows(std::uint32_t a, std::uint32_t b) const;
-  /// Metres: pairs that move less together are not examined.
-  double least_fast_motion(std::uint32_t body) const;
-  double least_fast_motion(std::uint32_t a, std::uint32_t b) const;
+  /// Metres: a body that moves less cannot pass through anything in a step.
+  double short_motion(std::uint32_t body) const;
+  double short_motion(std::uint32_t a, std::uint32_t b) const;
+  /// Pairs that move less together are not examined, with this short motion. 0 if gravity moves a body at rest farther
+  /// in a step: contacts that yield would let it through in many steps, each of them short.
+  double least_fast_motion(double length) const;
   /// The largest relative motion of points of the two from t on, metres.
   double left(std::uint32_t a, std::uint32_t b, double t) const;
-  std::optional<FirstTouch> whole_meet(std::uint32_t a, std::uint32_t b, double t, bool& touching) const;
-  /// The first contact of the core of a with b, for bodies that touch at t, and that would touch at `soon`.
-  std::optional<FirstTouch> core_meets(std::uint32_t a, std::uint32_t b, double t, double soon) const;
-  std::optional<FirstTouch> cores_meet(std::uint32_t a, std::uint32_t b, double t, double soon) const;
+  std::optional<BodiesTouch> whole_meet(std::uint32_t a, std::uint32_t b, double t, bool& touching) const;
+  /// The first contact of the core of a with b, for bodies that touch at t, and that would touch at `soon`. A core that
+  /// touches b at t is replaced by a smaller one that does not.
+  std::optional<BodiesTouch> core_meets(std::uint32_t a, std::uint32_t b, double t, double soon) const;
+  std::optional<BodiesTouch> cores_meet(std::uint32_t a, std::uint32_t b, double t, double soon) const;
 
   const PairPredicate predicate_;
   NarrowPhase narrow_;

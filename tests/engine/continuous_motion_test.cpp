@@ -12,6 +12,7 @@
 #include "message_of.h"
 #include "narrowphase/mesh_samples.h"
 #include "narrowphase/random_pairs.h"
+#include "tandem/engine/contact_memory.h"
 #include "tandem/engine/pipeline.h"
 #include "tandem/engine/response.h"
 
@@ -446,6 +447,112 @@ TEST_CASE("continuous: thin plates come to rest whatever the margin, however the
   for (const Shape& ground : {Shape(Box{{20, 20, 1}}), Shape(HalfSpace{Vec3::UnitZ(), 0.5})})
     for (const double share : {0.0, 0.01, 0.1, 0.5})
       for (const double tilt : {0.0, 0.05, 0.3, 0.7, 1.1, 1.5}) drop(ground, share, tilt);
+}
+
+TEST_CASE("continuous: contacts of stops join a list in its order") {
+  Scene scene;
+  scene.gravity.setZero();
+  scene.add_body({.shape = scene.add_shape(Box{{20, 20, 1}}), .pose = Pose::at(0, 0, -0.5), .is_static = true});
+  const ShapeId plate = scene.add_shape(Box{{1, 1, 0.01}});
+  const Mat3 tilted = Eigen::AngleAxisd(0.1, Vec3(1, 0.3, 0).normalized()).toRotationMatrix();
+  for (int i = 0; i < 3; ++i)  // the first is stopped above the ground, then pressed into it
+    scene.add_body({.shape = plate,
+                    .pose = {tilted, Vec3(3 * i, 0, i == 0 ? 0.1 : 0.005)},
+                    .velocity = {0, 0, -10},
+                    .continuous = i != 1});
+  Pipeline pipeline({.threads = 1});
+  ContinuousMotion motion;
+  ContactMap<int> map(0.1);
+  std::vector<Pose> ends;
+  std::size_t added = 0, kept = 0;
+  for (int i = 0; i < 5; ++i) {
+    pipeline.step(scene);
+    ContactList list = pipeline.contacts();
+    motion.add_contacts(scene, list);
+    added += list.contacts.size() - pipeline.contacts().contacts.size();
+    std::uint32_t next = 0;
+    for (const PairResult& pair : list.pairs) {
+      CHECK(pair.first_contact == next);
+      next += pair.contact_count;
+      const auto its = list.of(pair);
+      CHECK(std::is_sorted(its.begin(), its.end(), [](const auto& x, const auto& y) { return x.feature < y.feature; }));
+    }
+    CHECK(next == list.contacts.size());
+    map.update(scene, list);
+    for (std::size_t k = 0; k < map.size(); ++k) {
+      kept += map[k] != 0 ? 1 : 0;
+      map[k] = 1;
+    }
+    free_ends(scene, ends);
+    motion.limit(scene, ends);
+    for (const std::uint32_t body : {1u, 3u}) scene.set_pose(scene.id(body), ends[body]);
+  }
+  CHECK(added >= 5);
+  CHECK(kept >= 5);
+}
+
+TEST_CASE("continuous: bodies thinner than contacts yield rest, on grounds without an inside, too") {
+  Mesh sheet;
+  for (const Vec3& corner : {Vec3(-9, -9, 0), Vec3(9, -9, 0), Vec3(9, 9, 0), Vec3(-9, 9, 0)})
+    sheet.vertices.push_back(corner);
+  sheet.triangles = {{0, 1, 2}, {0, 2, 3}};
+  const auto drop = [](const Shape& ground, const Shape& shape, double share_of_margin, double tilt) {
+    Scene scene;
+    const double depth = ground.bounds(Pose{}).hi.z();
+    scene.add_body({.shape = scene.add_shape(ground), .pose = Pose::at(0, 0, -depth), .is_static = true});
+    const Pose pose{Eigen::AngleAxisd(tilt, Vec3(1, 0.3, 0).normalized()).toRotationMatrix(), Vec3(0, 0, 0.8)};
+    const BodyId body = scene.add_body({.shape = scene.add_shape(shape), .pose = pose, .continuous = true});
+    Pipeline pipeline({.threads = 1, .answer = {.margin = share_of_margin * recommended_margin(scene)}});
+    Response response({.threads = 1});
+    for (int i = 0; i < 600; ++i) {
+      pipeline.step(scene);
+      response.step(scene, pipeline.contacts());
+    }
+    CAPTURE(name(ground.kind()), name(shape.kind()), share_of_margin, tilt);
+    CHECK(scene.velocities()[body.index()].norm() < 0.1);
+    const Bounds bounds = scene.shape_of(body.index()).bounds(scene.pose(body));
+    CHECK(scene.pose(body).translation.z() > 0);
+    CHECK(bounds.lo.z() > -0.004);
+    CHECK(bounds.hi.z() < 0.008);
+  };
+  for (const Shape& ground : {Shape(Box{{18, 18, 1}}), Shape(Box{{18, 18, 0.01}}), Shape(sheet)})
+    for (const Shape& shape :
+         {Shape(Box{{1, 0.7, 5e-4}}), Shape(Cylinder{0.4, 6e-4}), Shape(box_mesh({0.9, 0.6, 4e-4}, 2))})
+      for (const double share : {0.0, 1.0})
+        for (const double tilt : {0.2, 0.9}) drop(ground, shape, share, tilt);
+}
+
+TEST_CASE("continuous: a core that is pressed into a floor slides and turns on, but not through a wall of its mesh") {
+  Mesh mesh = box_mesh({40, 40, 0.5});  // its upper side at 0.25
+  mesh.solid = false;
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const Vec3& corner : {Vec3(3, -20, 0), Vec3(3, 20, 0), Vec3(3, 20, 5), Vec3(3, -20, 5)})
+    mesh.vertices.push_back(corner);
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  mesh.triangles.push_back({first, first + 2, first + 3});
+  Scene scene;
+  scene.dt = 1;
+  scene.gravity.setZero();
+  scene.add_body({.shape = scene.add_shape(Shape(mesh)), .is_static = true});
+  // The centre 0.2 above the floor: its core has a radius of 0.25.
+  const BodyId box = scene.add_body({.shape = scene.add_shape(Box{{1, 1, 1}}),
+                                     .pose = Pose::at(-10, 0, 0.45),
+                                     .velocity = {5, 0, -0.3},
+                                     .angular_velocity = {0, 0.4, 0},
+                                     .continuous = true});
+  std::vector<Pose> ends;
+  ContinuousMotion motion;
+  free_ends(scene, ends);
+  const Pose free = ends[box.index()];
+  REQUIRE(motion.limit(scene, ends).size() == 1);
+  CHECK(ends[box.index()].translation.x() == Approx(-5));
+  CHECK(std::abs(ends[box.index()].translation.z() - 0.45) < 1e-8);
+  CHECK((ends[box.index()].rotation - free.rotation).norm() < 1e-12);
+  scene.set_velocity(box, {50, 0, -0.3}, {0, 0.4, 0});
+  free_ends(scene, ends);
+  CHECK(motion.limit(scene, ends).size() >= 2);
+  CHECK(ends[box.index()].translation.x() == Approx(3 - 0.2));
+  CHECK(std::abs(ends[box.index()].translation.z() - 0.45) < 1e-9 * 50);
 }
 
 TEST_CASE("continuous: slow bodies move as they do without the flag") {

@@ -32,8 +32,8 @@ class MotionStops {
 
   /// True if some rank stopped a body in the last limit().
   bool any() const { return !stops_.empty(); }
-  /// Collective, if any(), before the next response: gives each stopped pair, on one rank that then has both bodies, the
-  /// contacts of ContinuousMotion::add_contacts. `found`: the contacts that this rank reports.
+  /// Collective, if any(), before the next response: gives each stopped pair, on one rank that then has both bodies,
+  /// the contacts of ContinuousMotion::add_contacts. `found`: the contacts that this rank reports.
   const ContactList& with_contacts(const ContactList& found);
   /// True if another rank has a stopped pair that none reports; after with_contacts.
   bool is_elsewhere(const IdPair& ids) const;

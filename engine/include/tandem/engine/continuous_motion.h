@@ -13,10 +13,12 @@ namespace tandem {
 /// A pair is examined if the sum of its two motions in a step exceeds this fraction of the inner radius of the
 /// continuous body (of two the smaller): a body that moves less cannot pass through anything, since the next step finds
 /// it overlapping. The inner radius is that of an inscribed ball: about the centre of mass, or, for a closed mesh, the
-/// largest one found. Triangles and open meshes have none: a hundredth of their size replaces this fraction.
+/// largest one found. Triangles and open meshes have none: a hundredth of their size replaces this fraction. Where
+/// gravity moves a body at rest farther in a step than that, as bodies of a few millimetres at 60 Hz, every pair that
+/// moves is examined: contacts that yield would let it through in many short steps.
 inline constexpr double fast_motion = 0.25;
 
-/// A continuous body that was stopped during its motion.
+/// A continuous body that was stopped during its motion, or whose core was held off.
 struct MotionStop {
   double t = 0;    ///< of the step, [0, 1]
   BodyId a, b;     ///< index of a < index of b; at least one is continuous
@@ -41,7 +43,8 @@ void free_ends(const Scene& scene, std::vector<Pose>& ends);
 /// - The same holds for a pair that touches at the start, and is separated after a motion of fast_motion of the inner
 ///   radius. If it still touches then, as a body that slides along a floor, contacts have to keep the two apart, which
 ///   is not certain; but the core, the inner ball with half its radius, enters no body from which it is separated, and
-///   gets no deeper into one that it touches. The same holds for touching pairs of which one body is carried.
+///   gets no deeper into one that it touches: its approach is taken from the motion, and the body slides and turns on.
+///   The same holds for touching pairs of which one body is carried.
 /// - Pairs whose motions are together shorter than that are not examined: they end at most that deep in each other.
 ///
 /// Sensors stop nothing and are not stopped. Static bodies are assumed to move by their velocity. The rest of a stopped
