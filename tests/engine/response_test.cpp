@@ -276,7 +276,7 @@ TEST_CASE("response: stacks come to rest, whichever face their patches are cut b
       const Mat3 lean = Eigen::AngleAxisd(any(0.01), Vec3::UnitX()).toRotationMatrix();
       add(scene, shape,
           {Eigen::AngleAxisd(any(M_PI), Vec3::UnitZ()) * lean,
-           Vec3(any(0.05), any(0.05), i * (height + 0.01) + 0.5 * height + 0.01)});
+           Vec3{any(0.05), any(0.05), i * (height + 0.01) + 0.5 * height + 0.01}});
     }
     Response response;
     return run(scene, response, 600, recommended_margin(scene)).last.kinetic_energy;
@@ -439,7 +439,7 @@ TEST_CASE("response: needles, however thin, are not thrown away by contacts") {
       for (int i = 0; i < 12; ++i) {
         const auto any = [&](double most) { return random.uniform(-most, most); };
         const Mat3 turned = random.rotation();
-        const Vec3 place(any(0.3), any(0.3), random.uniform(0, 0.3)), spin(any(3), any(3), any(3));
+        const Vec3 place{any(0.3), any(0.3), random.uniform(0, 0.3)}, spin{any(3), any(3), any(3)};
         scene.add_body({.shape = shape, .pose = {turned, place}, .angular_velocity = spin});
       }
       Response response({.rolling_resistance = 0.3});

@@ -227,7 +227,7 @@ class Life {
   double number(double lo, double hi) { return std::uniform_real_distribution<double>(lo, hi)(random_); }
   std::size_t below(std::size_t n) { return std::uniform_int_distribution<std::size_t>(0, n - 1)(random_); }
   Pose pose() {
-    const Quat q(number(-1, 1), number(-1, 1), number(-1, 1), number(-1, 1));
+    const Quat q{number(-1, 1), number(-1, 1), number(-1, 1), number(-1, 1)};
     return Pose::from(q, {number(-6, 6), number(-3, 3), number(0, 2)});
   }
   /// By so little that answers are kept, or so much that they are moved along.
@@ -386,8 +386,8 @@ TEST_CASE(
     // All move a little; from the tenth step on some move so far that any rank may get them.
     for (std::uint32_t i = 0; i < 400; ++i) {
       Pose pose = scene.poses()[i];
-      pose.translation += Vec3(number(-1, 1), number(-1, 1), number(-1, 1)) * 0.002;
-      if (step > 8 && random() % 100 == 0) pose.translation = Vec3(number(-2, 20), number(-2, 20), number(0, 1));
+      pose.translation += Vec3{number(-1, 1), number(-1, 1), number(-1, 1)} * 0.002;
+      if (step > 8 && random() % 100 == 0) pose.translation = Vec3{number(-2, 20), number(-2, 20), number(0, 1)};
       if (step > 20 && random() % 10 == 0) pose.translation.x() += number(-0.6, 0.6);
       scene.move(i, pose, Vec3::Zero(), Vec3::Zero());
       if (pipeline.has(i) && pipeline.owns(pipeline.local(i).index()))

@@ -20,7 +20,7 @@ TEST_CASE("every place is one rank's, and a box reaches into the regions of all 
     std::vector<Vec3> points;
     std::vector<float> weights;
     for (std::size_t i = 0; i < count; ++i) {
-      Vec3 point(number(-4, 4), number(-4, 4), number(-1, 1));
+      Vec3 point{number(-4, 4), number(-4, 4), number(-1, 1)};
       if (on_grid) point = point.array().round();
       const auto weight = static_cast<float>(cut % 5 == 0 ? (random() % 8 == 0 ? 1000 : 0) : number(0, 1));
       if (static_cast<int>(random() % static_cast<std::uint64_t>(world::ranks())) != world::rank()) continue;

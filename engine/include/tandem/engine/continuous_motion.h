@@ -14,14 +14,15 @@ namespace tandem {
 /// continuous body (of two the smaller): a body that moves less cannot pass through anything, since the next step finds
 /// it overlapping. The inner radius is that of an inscribed ball: about the centre of mass, or, for a closed mesh, the
 /// largest one found. Triangles and open meshes have none: a hundredth of their size replaces this fraction. Where
-/// gravity moves a body at rest farther in a step than that, as bodies of a few millimetres at 60 Hz, every pair that
-/// moves is examined: contacts that yield would let it through in many short steps.
+/// gravity moves a body at rest farther in a step than that, as at 60 Hz on Earth with inner radii below 11 mm, every
+/// pair that moves is examined, at several times the cost: contacts that yield would let it through in many short
+/// steps.
 inline constexpr double fast_motion = 0.25;
 
 /// A continuous body that was stopped during its motion, or whose core was held off.
 struct MotionStop {
-  double t = 0;    ///< of the step, [0, 1]
-  BodyId a, b;     ///< index of a < index of b; at least one is continuous
+  double t = 0;  ///< of the step, [0, 1]
+  BodyId a, b;   ///< index of a < index of b; at least one is continuous
   /// At that time; as in PairAnswer: midway, unit, from a to b, world.
   Vec3 point = Vec3::Zero(), normal = Vec3::Zero();
 };
