@@ -209,6 +209,18 @@ std::uint64_t bits_of(const Scene& scene) {
   return hash;
 }
 
+/// A surface: a floor whose upper side is at 0.25, and a wall across it at x = 3.
+Shape floor_with_wall() {
+  Mesh mesh = box_mesh({40, 40, 0.5});
+  mesh.solid = false;
+  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
+  for (const Vec3& corner : {Vec3(3, -20, 0), Vec3(3, 20, 0), Vec3(3, 20, 5), Vec3(3, -20, 5)})
+    mesh.vertices.push_back(corner);
+  mesh.triangles.push_back({first, first + 1, first + 2});
+  mesh.triangles.push_back({first, first + 2, first + 3});
+  return Shape(mesh);
+}
+
 }  // namespace
 
 TEST_CASE("continuous: thousands of shots at thin things that stand, turn and move, held against samples") {
@@ -379,16 +391,9 @@ TEST_CASE("continuous: two bullets head-on stand, what moves takes along, and on
 }
 
 TEST_CASE("continuous: what touches the floor at the start does not pass a wall of the same mesh") {
-  Mesh mesh = box_mesh({40, 40, 0.5});  // its upper side at 0.25, and a wall across
-  mesh.solid = false;
-  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-  for (const Vec3& corner : {Vec3(3, -20, 0), Vec3(3, 20, 0), Vec3(3, 20, 5), Vec3(3, -20, 5)})
-    mesh.vertices.push_back(corner);
-  mesh.triangles.push_back({first, first + 1, first + 2});
-  mesh.triangles.push_back({first, first + 2, first + 3});
   Scene scene;
   scene.dt = 1;
-  scene.add_body({.shape = scene.add_shape(Shape(mesh)), .is_static = true});
+  scene.add_body({.shape = scene.add_shape(floor_with_wall()), .is_static = true});
   const BodyId box = scene.add_body({.shape = scene.add_shape(Box{{1, 1, 1}}),
                                      .pose = Pose::at(-10, 0, 0.749),
                                      .velocity = {15, 0, 0},
@@ -523,17 +528,10 @@ TEST_CASE("continuous: bodies thinner than contacts yield rest, on grounds witho
 }
 
 TEST_CASE("continuous: a core that is pressed into a floor slides and turns on, but not through a wall of its mesh") {
-  Mesh mesh = box_mesh({40, 40, 0.5});  // its upper side at 0.25
-  mesh.solid = false;
-  const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
-  for (const Vec3& corner : {Vec3(3, -20, 0), Vec3(3, 20, 0), Vec3(3, 20, 5), Vec3(3, -20, 5)})
-    mesh.vertices.push_back(corner);
-  mesh.triangles.push_back({first, first + 1, first + 2});
-  mesh.triangles.push_back({first, first + 2, first + 3});
   Scene scene;
   scene.dt = 1;
   scene.gravity.setZero();
-  scene.add_body({.shape = scene.add_shape(Shape(mesh)), .is_static = true});
+  scene.add_body({.shape = scene.add_shape(floor_with_wall()), .is_static = true});
   // The centre 0.2 above the floor: its core has a radius of 0.25.
   const BodyId box = scene.add_body({.shape = scene.add_shape(Box{{1, 1, 1}}),
                                      .pose = Pose::at(-10, 0, 0.45),

@@ -369,21 +369,8 @@ namespace {
 
 /// A solid of height 2 h about z = 0, the outline of which is an L.
 Mesh angle_iron(double length, double width, double h) {
-  Mesh mesh;
-  mesh.solid = true;
-  const double outline[6][2] = {{0, 0}, {length, 0}, {length, width}, {width, width}, {width, length}, {0, length}};
-  for (const double z : {-h, h})
-    for (const auto& p : outline) mesh.vertices.emplace_back(p[0], p[1], z);
-  for (const std::array<std::uint32_t, 3> t : {std::array{0u, 1u, 2u}, {0u, 2u, 3u}, {0u, 3u, 4u}, {0u, 4u, 5u}}) {
-    mesh.triangles.push_back({t[0], t[2], t[1]});
-    mesh.triangles.push_back({t[0] + 6, t[1] + 6, t[2] + 6});
-  }
-  for (std::uint32_t i = 0; i < 6; ++i) {
-    const std::uint32_t j = (i + 1) % 6;
-    mesh.triangles.push_back({i, j, j + 6});
-    mesh.triangles.push_back({i, j + 6, i + 6});
-  }
-  return mesh;
+  return prism({{0, 0}, {length, 0}, {length, width}, {width, width}, {width, length}, {0, length}},
+               {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, 2 * h);
 }
 
 /// Checks that what rests on a plate whose top is at z = 0 is pushed up, by its distance and its contacts.

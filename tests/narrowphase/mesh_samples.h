@@ -1,8 +1,11 @@
 // Meshes for tests.
 #pragma once
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <numbers>
 #include <random>
+#include <vector>
 
 #include "tandem/narrowphase/shape.h"
 
@@ -49,6 +52,26 @@ inline Mesh box_mesh(const Vec3& size, int n = 1) {
             mesh.triangles.push_back({a, d, c});
           }
         }
+  return mesh;
+}
+
+/// A solid of the height, centred at z = 0, over a polygon that is cut into the triangles `caps`, anticlockwise.
+inline Mesh prism(const std::vector<std::array<double, 2>>& polygon,
+                  const std::vector<std::array<std::uint32_t, 3>>& caps, double height) {
+  Mesh mesh;
+  mesh.solid = true;
+  const auto n = static_cast<std::uint32_t>(polygon.size());
+  for (const double z : {-height / 2, height / 2})
+    for (const auto& p : polygon) mesh.vertices.emplace_back(p[0], p[1], z);
+  for (const auto& t : caps) {
+    mesh.triangles.push_back({t[0], t[2], t[1]});
+    mesh.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
+  }
+  for (std::uint32_t i = 0; i < n; ++i) {
+    const std::uint32_t next = (i + 1) % n;
+    mesh.triangles.push_back({i, next, next + n});
+    mesh.triangles.push_back({i, next + n, i + n});
+  }
   return mesh;
 }
 

@@ -557,21 +557,8 @@ TEST_CASE("a mesh box standing on others has four contacts straight up, of the d
 // as the boxes are wide; a triangle in the plane of a mesh had some on both sides.
 TEST_CASE("faces that lie on each other have contacts without depth over all that they share") {
   // A step: an L from the side, two high and wide.
-  Mesh step;
-  step.solid = true;
-  const double x[] = {0, 2, 2, 1, 1, 0}, y[] = {0, 0, 2, 2, 1, 1};
-  for (const double z : {-1.0, 1.0})
-    for (int i = 0; i < 6; ++i) step.vertices.emplace_back(x[i], y[i], z);
-  const std::uint32_t side[4][3] = {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}};
-  for (const auto& t : side) {
-    step.triangles.push_back({t[0], t[2], t[1]});
-    step.triangles.push_back({t[0] + 6, t[1] + 6, t[2] + 6});
-  }
-  for (std::uint32_t i = 0; i < 6; ++i) {
-    const std::uint32_t next = (i + 1) % 6;
-    step.triangles.push_back({i, next, next + 6});
-    step.triangles.push_back({i, next + 6, i + 6});
-  }
+  const Mesh step =
+      prism({{0, 0}, {2, 0}, {2, 2}, {1, 2}, {1, 1}, {0, 1}}, {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}}, 2);
   const auto surface = [](Mesh mesh) {
     mesh.solid = false;
     return Shape(mesh);

@@ -96,36 +96,16 @@ Convex cloud(Random& r, Build build) {
   return c;
 }
 
-/// A prism over a polygon (counterclockwise about z), with the triangulation `caps`.
-Mesh prism(const std::vector<std::array<double, 2>>& polygon, const std::vector<std::array<std::uint32_t, 3>>& caps,
-           double height) {
-  Mesh m;
-  m.solid = true;
-  const auto n = static_cast<std::uint32_t>(polygon.size());
-  for (const double z : {-height / 2, height / 2})
-    for (const auto& p : polygon) m.vertices.emplace_back(p[0], p[1], z);
-  for (const auto& t : caps) {
-    m.triangles.push_back({t[0], t[2], t[1]});
-    m.triangles.push_back({t[0] + n, t[1] + n, t[2] + n});
-  }
-  for (std::uint32_t i = 0; i < n; ++i) {
-    const std::uint32_t j = (i + 1) % n;
-    m.triangles.push_back({i, j, j + n});
-    m.triangles.push_back({i, j + n, i + n});
-  }
-  return m;
-}
-
 Mesh l_prism(Random& r) {
   const double arm = r.in(0.2, 1.5);
-  return prism({{0, 0}, {2, 0}, {2, arm}, {arm, arm}, {arm, 2}, {0, 2}}, {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}},
-               r.in(0.3, 1.5));
+  return test::prism({{0, 0}, {2, 0}, {2, arm}, {arm, arm}, {arm, 2}, {0, 2}},
+                     {{0, 1, 2}, {0, 2, 3}, {0, 3, 4}, {0, 4, 5}}, r.in(0.3, 1.5));
 }
 
 Mesh u_prism(Random& r) {
   const double arm = r.in(0.2, 0.9), floor = r.in(0.2, 1.2);
-  return prism({{0, 0}, {2, 0}, {2, 2}, {2 - arm, 2}, {2 - arm, floor}, {arm, floor}, {arm, 2}, {0, 2}},
-               {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}, {0, 5, 6}, {0, 6, 7}}, r.in(0.3, 1.5));
+  return test::prism({{0, 0}, {2, 0}, {2, 2}, {2 - arm, 2}, {2 - arm, floor}, {arm, floor}, {arm, 2}, {0, 2}},
+                     {{0, 1, 4}, {0, 4, 5}, {1, 2, 3}, {1, 3, 4}, {0, 5, 6}, {0, 6, 7}}, r.in(0.3, 1.5));
 }
 
 /// An open sheet of n x n squares with random heights, each divided into two triangles.
