@@ -20,8 +20,6 @@
 namespace tandem {
 namespace {
 
-constexpr std::uint32_t of_no_feature = 0xffffffffu;  // a contact that represents the overlap as a whole
-
 // The bound by the deepest of the pairs of triangles: no shorter translation separates even these.
 Separation bound_by_triangles(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                               const NarrowPhaseOptions& options) {

@@ -349,6 +349,42 @@ TEST_CASE("the contact of a ring in a ring lies in both, and tiny motions hardly
     CHECK((contact(inner, outer, moved).point - first.point).norm() < 1e-8);
 }
 
+// The points where two triangles pierce each other have no depth, whatever the normal.
+TEST_CASE("mesh contacts: where surfaces without an inside cross, no contact lacks a depth") {
+  reference::Random random(5);
+  const auto triangles = [&](int count) {
+    Mesh mesh;
+    for (int i = 0; i < count; ++i) {
+      const auto n = static_cast<std::uint32_t>(mesh.vertices.size());
+      const Vec3 middle = count > 1 ? random.vec(-0.7, 0.7) : Vec3(Vec3::Zero());
+      for (int k = 0; k < 3; ++k) mesh.vertices.push_back(middle + random.vec(-0.8, 0.8));
+      mesh.triangles.push_back({n, n + 1, n + 2});
+    }
+    return Shape(mesh);
+  };
+  const Shape tube(torus(1, 0.3, 10, 6));
+  for (const bool bounds : {true, false}) {
+    const NarrowPhase narrow({.mesh_bounds = bounds});
+    int crossing = 0, without = 0;
+    for (int i = 0; i < 900; ++i) {
+      const Shape a = i % 3 == 2 ? tube : triangles(i % 3 == 1 ? 4 : 1), b = triangles(i % 3 == 1 ? 4 : 1);
+      const Mat3 turn = random.rotation();
+      const Pose at{turn, random.vec_of_length(0, 1)};
+      std::vector<Contact> contacts;
+      const PairAnswer answer = narrow.solve(a, Pose{}, b, at, Request::contacts, &contacts);
+      if (!answer.collide || narrow.solve(a, Pose{}, b, at, Request::distance).signed_distance > -1e-6) continue;
+      ++crossing;
+      if (std::any_of(contacts.begin(), contacts.end(), [](const Contact& c) { return c.depth < 1e-12; })) ++without;
+      if (i % 3 != 0 || !bounds) continue;
+      REQUIRE(contacts.size() == 1);
+      const Pose out{turn, at.translation + (contacts[0].depth + 1e-11) * contacts[0].normal};
+      CHECK_FALSE(narrow.solve(a, Pose{}, b, out, Request::collide).collide);
+    }
+    CHECK(crossing > 300);
+    CHECK(without == 0);
+  }
+}
+
 TEST_CASE("mesh contacts: a touch that rounding leaves to some triangles has contacts all around") {
   reference::Random random(31);
   int touching = 0;

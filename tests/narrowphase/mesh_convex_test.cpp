@@ -576,6 +576,42 @@ TEST_CASE("triangles without area in a mesh are the segments and points that the
   CHECK(hits > 100);
 }
 
+// Each side of a sliver bounds nothing along it: a chord far beyond its ends seemed to pass through it.
+TEST_CASE("a solid with triangles without area is no deeper in a large triangle than beyond its plane") {
+  Random r(94);
+  int crossing = 0, exact = 0, deeper = 0;
+  for (int i = 0; i < 600; ++i) {
+    Mesh body = prism({{-.6, -.6}, {.6, -.6}, {.6, -.2}, {-.2, -.2}, {-.2, .6}, {-.6, .6}},
+                      {{0, 1, 2}, {0, 2, 3}, {0, 3, 5}, {3, 4, 5}}, r.in(.1, 1));
+    for (int k = 0; k < 4; ++k) {  // cut at a point of a side, which the neighbour does not have
+      const auto t = static_cast<std::size_t>(r.below(static_cast<int>(body.triangles.size())));
+      const auto [from, to, other] = body.triangles[t];
+      const auto cut = static_cast<std::uint32_t>(body.vertices.size());
+      body.vertices.push_back(body.vertices[from] + r.in(.05, .95) * (body.vertices[to] - body.vertices[from]));
+      body.triangles[t] = {from, cut, other};
+      body.triangles.push_back({cut, to, other});
+      body.triangles.push_back({from, to, cut});
+    }
+    const Mat3 turn = r.rotation();
+    const double large = std::pow(10., r.in(1, 6)), aside = r.in(-.3, .3), along = r.in(-.3, .3);
+    const Vec3 n = turn.col(2), middle = r.vec(-.4, .4);
+    const Shape plate(Triangle{{large * Vec3(1, aside, 0), large * Vec3(-1, 1, 0), large * Vec3(-along, -1, 0)}});
+    double above = -1e9, below = -1e9;  // how far it reaches to either side of the plane
+    for (const Vec3& v : body.vertices)
+      above = std::max(above, n.dot(v - middle)), below = std::max(below, -n.dot(v - middle));
+    if (!(std::min(above, below) > 1e-3)) continue;
+    const PairAnswer depth = answer(Shape(body), Pose{}, plate, {turn, middle});
+    CAPTURE(i, large, above, below, depth.signed_distance, depth.error_bound);
+    CHECK(depth.collide);
+    ++crossing;
+    if (depth.status == Status::ok) ++exact;
+    if (-depth.signed_distance - depth.error_bound > std::min(above, below) + 1e-12 * large) ++deeper;
+  }
+  CHECK(crossing > 400);
+  CHECK(exact > 100);
+  CHECK(deeper == 0);
+}
+
 TEST_CASE("a surface apart from a convex shape: with a margin one contact is as near as they are, none nearer") {
   Random r(92);
   int within = 0;

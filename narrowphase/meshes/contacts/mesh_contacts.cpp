@@ -11,6 +11,7 @@
 #include "meshes/contacts/crossing_patches.h"
 #include "meshes/contacts/face_overlaps.h"
 #include "meshes/contacts/patch_points.h"
+#include "pairs/convex_pair.h"
 #include "shapes/lent_memory.h"
 #include "tolerances.h"
 
@@ -18,6 +19,12 @@ namespace tandem {
 namespace {
 
 constexpr std::size_t flat_limit = 512;  // triangles of a patch and mesh among which flat faces are searched
+
+double deepest_depth(std::span<const Contact> contacts) {
+  double deepest = 0;
+  for (const Contact& c : contacts) deepest = std::max(deepest, c.depth);
+  return deepest;
+}
 
 PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings, Memory memory,
                      PatchCollector& overlaps, std::vector<Contact>& contacts) {
@@ -70,8 +77,23 @@ PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const C
   return {normal.sure, false};
 }
 
+// The deepest pair of triangles of a patch, as a contact.
+Contact deepest_pair(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings) {
+  constexpr std::size_t most = 32;  // each takes as long as a distance of triangles
+  PairAnswer deepest;
+  WorkMeter meter(m.limit);
+  for (const std::uint32_t k : std::span(patch.crossings).first(std::min(most, patch.crossings.size()))) {
+    meter.spend(16);
+    const auto [i, j] = crossings[k].triangles;
+    const Corners p = m.corners(true, i), q = m.corners(false, j);
+    const PairAnswer r = solve_convex(TriangleView(p), {}, TriangleView(q), {}, Request::distance, {}, nullptr);
+    if (r.signed_distance < deepest.signed_distance) deepest = r;
+  }
+  return {(deepest.point_a + deepest.point_b) / 2, deepest.normal, -deepest.signed_distance, of_no_feature};
+}
+
 struct Sides : PatchSides {
-  double deepest = 0;
+  double deepest = 0;  // of the patches' own contacts
 };
 
 Sides add_patches(const PosedMeshes& m, std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options,
@@ -82,20 +104,29 @@ Sides add_patches(const PosedMeshes& m, std::span<const TrianglePair> pairs, con
   const CrossingPatches found(m, pairs, options.parts, &memory);
   // Overlaps along one normal form one patch, as with a convex shape.
   PatchCollector overlaps((m.a.half + m.b.half).norm(), options);
+  List<Contact> of_pairs(&memory);
+  const double no_depth = tolerance::translation_slack * (m.a.half + m.b.half).norm();
   Sides sides;
   sides.sure = true;
   WorkMeter meter(options.limit);
   for (const Patch& patch : found.patches()) {
     meter.spend(8);
+    const std::size_t before = contacts.size();
     const PatchSides here = add_patch(m, patch, found.crossings(), &memory, overlaps, contacts);
     sides.sure = sides.sure && here.sure;
     sides.in_corner = sides.in_corner || here.in_corner;
+    if (here.sure) continue;
+    // A doubtful normal along which the patch is less deep than two of its triangles, as where all its points lie on
+    // its curve, leads nowhere.
+    const Contact pair = deepest_pair(m, patch, found.crossings());
+    if (!(pair.depth > deepest_depth(std::span(contacts).subspan(before)) + no_depth)) continue;
+    contacts.resize(before);
+    of_pairs.push_back(pair);
   }
   overlaps.finish(Vec3::Zero(), false, contacts);
-  for (std::size_t c = first; c < contacts.size(); ++c) sides.deepest = std::max(sides.deepest, contacts[c].depth);
-  if (sides.deepest > 0.25 * std::min(m.a.half.norm(), m.b.half.norm()) ||
-      sides.deepest < tolerance::translation_slack * (m.a.half + m.b.half).norm())
-    sides.sure = false;
+  sides.deepest = deepest_depth(std::span(contacts).subspan(first));
+  if (sides.deepest > 0.25 * std::min(m.a.half.norm(), m.b.half.norm()) || sides.deepest < no_depth) sides.sure = false;
+  contacts.insert(contacts.end(), of_pairs.begin(), of_pairs.end());
   return sides;
 }
 

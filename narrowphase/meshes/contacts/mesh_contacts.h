@@ -12,6 +12,9 @@
 
 namespace tandem {
 
+/// The feature of a contact that represents a patch, or an overlap, as a whole.
+inline constexpr std::uint32_t of_no_feature = 0xffffffffu;
+
 /// Properties of the patches that were found.
 struct PatchSides {
   /// No normal is in doubt, unlike for faces and edges that only touch, where rounding creates curves.
@@ -25,8 +28,9 @@ struct PatchSides {
 /// which the inner parts of A and B reach past each other. For a mesh with a border the inside is that of its two sides
 /// with the shorter translation. Where a curve goes around a concave corner of one mesh, of two to four planes that
 /// each lie in front of the others, there is a patch for each plane. Where flat faces have sunk into each other there
-/// is a patch for each of their normals instead. Normals from A to B. Uses of the options: `parts` distributes the work
-/// if many triangles intersect, and changes no bit; `limit` and `memory`.
+/// is a patch for each of their normals instead. Where all points of a patch lie on its curve, as those of two
+/// triangles that cross, it has one contact, that of its deepest pair of triangles. Normals from A to B. Uses of the
+/// options: `parts` distributes the work if many triangles intersect, and changes no bit; `limit` and `memory`.
 PatchSides patch_contacts(const MeshModel& a, const MeshModel& b, const TriangleTest& frame,
                           std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options,
                           std::vector<Contact>& contacts);

@@ -141,7 +141,7 @@ bool ConvexInMesh::chord_constraint(const MeshConvexPair& there, std::uint32_t t
   if (!(below > 0 && rise > 0)) return false;
   const Vec3 crossing = there.in_mesh(low + (below / rise) * chord);
   pair_.model().neighbours(pair_.options().limit);  // computed here, where a limit is known
-  const double inside = distance_to_region_border(pair_.model(), t, crossing, slack);
+  const double inside = distance_to_region_border(pair_.model(), t, there.plane_of(p).normal, crossing, slack);
   if (!(inside > 0)) return false;
   const double height = n.dot(there.centre() - p[0]);
   found = {{n, n.dot(at) + below}, std::min(height, inside * slope) - at.norm(), Vec3::Zero()};

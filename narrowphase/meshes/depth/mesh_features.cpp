@@ -14,7 +14,7 @@ constexpr std::size_t most = 64;  // triangles of a face, edges of a line
 const CoplanarRegion& MeshFeatures::face(std::uint32_t t) {
   const auto [place, fresh] = face_of_.try_emplace(t, faces_.size());
   if (!fresh) return faces_[place->second];
-  faces_.push_back(coplanar_region(mesh_, t, most, slack_));
+  faces_.push_back(coplanar_region(mesh_, t, unit(area_vector(mesh_.corners(t))), most, slack_));
   const std::vector<std::uint32_t>& triangles = faces_.back().triangles;
   if (triangles.size() < most)  // else the face would depend on the triangle it starts from
     for (const std::uint32_t i : triangles) face_of_[i] = faces_.size() - 1;

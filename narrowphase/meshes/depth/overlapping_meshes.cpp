@@ -159,10 +159,7 @@ bool OverlappingMeshes::add_edge_through_face(bool of_a, std::uint32_t i, std::s
   const double from = n.dot(p - foot), to = n.dot(q - foot);
   if (!(from * to < 0)) return false;
   const Vec3 crossing = p + from / (from - to) * (q - p);
-  for (std::size_t e = 0; e < 3; ++e) {
-    const Vec3 side = t[(e + 1) % 3] - t[e];
-    if (!(n.cross(side).dot(crossing - t[e]) >= -slack * side.norm())) return false;
-  }
+  if (!contains_point(t, crossing, slack)) return false;
   return add_constraints_of(of_a, own.straight_edge(i, k), face, n, crossing, at, constraints);
 }
 

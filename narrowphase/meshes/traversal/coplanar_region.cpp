@@ -4,7 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "shapes/unit_vector.h"
+#include "closed_forms/closed_forms.h"
+#include "shapes/convex_view.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -16,9 +17,8 @@ bool lies_in_plane(const MeshModel& mesh, std::uint32_t t, const Vec3& normal, c
 }
 
 // Breadth-first search over edges; unreached triangles lie beyond the border.
-CoplanarRegion coplanar_region(const MeshModel& mesh, std::uint32_t t, std::size_t most, double slack) {
+CoplanarRegion coplanar_region(const MeshModel& mesh, std::uint32_t t, const Vec3& n, std::size_t most, double slack) {
   const Corners own = mesh.corners(t);
-  const Vec3 n = unit(area_vector(own));
   CoplanarRegion region{{t}, {}};
   std::vector<std::uint32_t>& flat = region.triangles;
   const auto is_known = [&](std::uint32_t i) { return std::find(flat.begin(), flat.end(), i) != flat.end(); };
@@ -35,16 +35,16 @@ CoplanarRegion coplanar_region(const MeshModel& mesh, std::uint32_t t, std::size
   return region;
 }
 
-double distance_to_region_border(const MeshModel& mesh, std::uint32_t t, const Vec3& p, double slack) {
+// Not by the sides of its edges: those of a sliver, all parallel, bound nothing along it.
+bool contains_point(const Corners& triangle, const Vec3& p, double slack) {
+  return point_distance(TriangleView(triangle), p).signed_distance <= slack;
+}
+
+double distance_to_region_border(const MeshModel& mesh, std::uint32_t t, const Vec3& n, const Vec3& p, double slack) {
   constexpr std::size_t most = 16;
-  const Corners own = mesh.corners(t);
-  const Vec3 n = area_vector(own).stableNormalized();
-  for (std::size_t k = 0; k < 3; ++k) {
-    const Vec3 edge = own[(k + 1) % 3] - own[k];
-    if (!(n.cross(edge).dot(p - own[k]) >= -slack * edge.norm())) return -1;
-  }
+  if (!contains_point(mesh.corners(t), p, slack)) return -1;
   double nearest = infinity;
-  for (const auto& [from, to] : coplanar_region(mesh, t, most, slack).border) {
+  for (const auto& [from, to] : coplanar_region(mesh, t, n, most, slack).border) {
     const Vec3 edge = to - from;
     const double fraction = std::clamp((p - from).dot(edge) / edge.squaredNorm(), 0.0, 1.0);
     nearest = std::min(nearest, (p - from - fraction * edge).norm());
