@@ -93,7 +93,7 @@ Contact deepest_pair(const PosedMeshes& m, const Patch& patch, std::span<const C
 }
 
 struct Sides : PatchSides {
-  double deepest = 0;  // of the patches' own contacts
+  double deepest = 0;  // along the patches' normals
 };
 
 Sides add_patches(const PosedMeshes& m, std::span<const TrianglePair> pairs, const NarrowPhaseOptions& options,
@@ -118,13 +118,15 @@ Sides add_patches(const PosedMeshes& m, std::span<const TrianglePair> pairs, con
     if (here.sure) continue;
     // A doubtful normal along which the patch is less deep than two of its triangles, as where all its points lie on
     // its curve, leads nowhere.
+    const double depth = deepest_depth(std::span(contacts).subspan(before));
+    sides.deepest = std::max(sides.deepest, depth);
     const Contact pair = deepest_pair(m, patch, found.crossings());
-    if (!(pair.depth > deepest_depth(std::span(contacts).subspan(before)) + no_depth)) continue;
+    if (!(pair.depth > depth + no_depth)) continue;
     contacts.resize(before);
     of_pairs.push_back(pair);
   }
   overlaps.finish(Vec3::Zero(), false, contacts);
-  sides.deepest = deepest_depth(std::span(contacts).subspan(first));
+  sides.deepest = std::max(sides.deepest, deepest_depth(std::span(contacts).subspan(first)));
   if (sides.deepest > 0.25 * std::min(m.a.half.norm(), m.b.half.norm()) || sides.deepest < no_depth) sides.sure = false;
   contacts.insert(contacts.end(), of_pairs.begin(), of_pairs.end());
   return sides;
