@@ -77,19 +77,26 @@ PatchSides add_patch(const PosedMeshes& m, const Patch& patch, std::span<const C
   return {normal.sure, false};
 }
 
-// The deepest pair of triangles of a patch, as a contact.
+// The deepest pair of triangles of a patch, as a contact; of equally deep ones by position, in whatever order they
+// come.
 Contact deepest_pair(const PosedMeshes& m, const Patch& patch, std::span<const Crossing> crossings) {
-  constexpr std::size_t most = 32;  // each takes as long as a distance of triangles
-  PairAnswer deepest;
+  Contact deepest{Vec3::Zero(), Vec3::Zero(), 0, of_no_feature};
   WorkMeter meter(m.limit);
-  for (const std::uint32_t k : std::span(patch.crossings).first(std::min(most, patch.crossings.size()))) {
+  for (const std::uint32_t k : patch.crossings) {
     meter.spend(16);
     const auto [i, j] = crossings[k].triangles;
     const Corners p = m.corners(true, i), q = m.corners(false, j);
+    // No deeper than along a direction.
+    if (most_along(deepest.normal, p) - least_along(deepest.normal, q) < deepest.depth) continue;
     const PairAnswer r = solve_convex(TriangleView(p), {}, TriangleView(q), {}, Request::distance, {}, nullptr);
-    if (r.signed_distance < deepest.signed_distance) deepest = r;
+    const Vec3 point = (r.point_a + r.point_b) / 2;
+    const double depth = -r.signed_distance;
+    if (depth > deepest.depth ||
+        (depth == deepest.depth &&
+         std::lexicographical_compare(point.begin(), point.end(), deepest.point.begin(), deepest.point.end())))
+      deepest.point = point, deepest.normal = r.normal, deepest.depth = depth;
   }
-  return {(deepest.point_a + deepest.point_b) / 2, deepest.normal, -deepest.signed_distance, of_no_feature};
+  return deepest;
 }
 
 struct Sides : PatchSides {
@@ -115,18 +122,15 @@ Sides add_patches(const PosedMeshes& m, std::span<const TrianglePair> pairs, con
     const PatchSides here = add_patch(m, patch, found.crossings(), &memory, overlaps, contacts);
     sides.sure = sides.sure && here.sure;
     sides.in_corner = sides.in_corner || here.in_corner;
-    if (here.sure) continue;
-    // A doubtful normal along which the patch is less deep than two of its triangles, as where all its points lie on
-    // its curve, leads nowhere.
-    const double depth = deepest_depth(std::span(contacts).subspan(before));
-    sides.deepest = std::max(sides.deepest, depth);
+    if (here.sure || deepest_depth(std::span(contacts).subspan(before)) > no_depth) continue;
+    // All its points lie on its curve, so its normal leads nowhere, unless its triangles only touch.
     const Contact pair = deepest_pair(m, patch, found.crossings());
-    if (!(pair.depth > depth + no_depth)) continue;
+    if (!(pair.depth > no_depth)) continue;
     contacts.resize(before);
     of_pairs.push_back(pair);
   }
   overlaps.finish(Vec3::Zero(), false, contacts);
-  sides.deepest = std::max(sides.deepest, deepest_depth(std::span(contacts).subspan(first)));
+  sides.deepest = deepest_depth(std::span(contacts).subspan(first));
   if (sides.deepest > 0.25 * std::min(m.a.half.norm(), m.b.half.norm()) || sides.deepest < no_depth) sides.sure = false;
   contacts.insert(contacts.end(), of_pairs.begin(), of_pairs.end());
   return sides;
