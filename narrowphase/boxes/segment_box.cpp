@@ -159,7 +159,12 @@ LocalAnswer segment_box_distance(const HalfSize& half_size, const Vec3& centre, 
   if (double x = 0; witness(half, centre, along, reach, axis, x)) {
     answer.point_b = centre + x * along;
     answer.point_a = answer.point_b - axis.separation * axis.normal;
-  } else if (axis.separation <= 0) {
+  } else if (axis.separation > 0) {
+    // The nearest points are opposite each other along another direction that separates as far to rounding.
+    if ((offset - axis.separation * axis.normal).norm() <= tolerance::on_feature * size) return answer;
+    answer.signed_distance = upper;
+    answer.normal = offset / upper;
+  } else {
     // The segment as a capsule of radius 0, its axis rotated to z.
     const ConvexView box = view_box(half_size);
     const ConvexView segment{

@@ -242,6 +242,11 @@ void SegmentPair::try_sides() {
     const double d2 = (r_ + cs * u_ - ct * v_).squaredNorm();
     if (least < 0 || d2 < least) least = d2, s = cs, t = ct;
   }
+  // Of two sides equal to rounding the one taken may end in their common corner, where the other is nearest inside.
+  if (std::abs(s) == 1 && std::abs(t) == 1) {
+    s = best_s(t);
+    if (std::abs(s) == 1) t = best_t(s);
+  }
   if (!crossing_ && uu_ > 0 && vv_ > 0) take_middle();
 }
 

@@ -229,11 +229,7 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
   } else {
     r = descend(d, precision, beyond + ra + rb, -infinity, start);
   }
-  if (r.lower > beyond + ra + rb) {
-    answer.signed_distance = r.lower - ra - rb;
-    answer.normal = r.direction;
-    return answer;
-  }
+  if (r.lower > beyond + ra + rb) return farther_than(beyond, r.lower, ra, rb, r.direction);
   const bool weighs = r.end == GjkResult::End::inside ? !is_solid(d, r.simplex) : !polytopes;
   if (r.simplex.count > 0 && weighs) set_weights(r.simplex);
   CoreDistance core;

@@ -72,12 +72,7 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
     if (have_features(d.a, d.b)) s = search_features(d, below);
     if (!s.optimal && s.h >= below) s = minimize(pair, s.n, below);
   }
-  if (s.h < below) {
-    LocalAnswer apart;
-    apart.signed_distance = -s.h - ra - rb;
-    apart.normal = s.n;
-    return apart;
-  }
+  if (s.h < below) return farther_than(beyond, -s.h, ra, rb, s.n);
   double gap = 0;
   if (s.h >= 0) {
     const Depth depth = least_depth(pair, s, !deep);

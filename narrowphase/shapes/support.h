@@ -178,4 +178,13 @@ struct LocalAnswer {
   double gap = 0;
 };
 
+/// The answer for shapes whose cores are farther apart than `beyond` and their radii together, by `cores` along n: the
+/// points are not set. The distance exceeds `beyond` in spite of the rounding of radii, so no one takes the points.
+inline LocalAnswer farther_than(double beyond, double cores, double radius_a, double radius_b, const Vec3& n) {
+  LocalAnswer apart;
+  apart.signed_distance = std::max(cores - radius_a - radius_b, std::nextafter(beyond, infinity));
+  apart.normal = n;
+  return apart;
+}
+
 }  // namespace tandem

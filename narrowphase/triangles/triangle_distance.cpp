@@ -154,6 +154,20 @@ struct TriangleAxis {
   double doubtful = -infinity;  ///< upper bound on the separation along axes that are inexact
 };
 
+/// True if a point that no side leaves outside by more than the slack lies over the face, or about as near to it: beyond
+/// the tip of a sliver, the strips along its two long sides overlap much farther out.
+bool near_face(const Vec3& point, const CornerLoop& face, const Vec3 (&side)[4], const Vec3& n, double slack) {
+  bool inside = true;
+  double least2 = infinity;
+  for (int i = 0; i < face.count; ++i) {
+    const Vec3 along = face.corner[(i + 1) % face.count] - face.corner[i], w = point - face.corner[i];
+    inside = inside && side[i].dot(w) >= 0;
+    const Vec3 off = w - std::clamp(w.dot(along) / along.squaredNorm(), 0.0, 1.0) * along;
+    least2 = std::min(least2, (off - off.dot(n) * n).squaredNorm());
+  }
+  return inside || least2 <= 4 * slack * slack;
+}
+
 /// Finds a point of `points` that lies over `face` (3 corners or more), seen along n.
 bool over(const CornerLoop& points, const CornerLoop& face, const Vec3& n, double slack, Vec3& point) {
   // A face smaller than the slack may be seen edge-on: it bounds nothing then.
@@ -185,7 +199,7 @@ bool over(const CornerLoop& points, const CornerLoop& face, const Vec3& n, doubl
     }
     if (!(lo <= hi)) continue;
     point = from + 0.5 * (lo + hi) * along;
-    return true;
+    if (near_face(point, face, side, n, slack)) return true;
   }
   return false;
 }

@@ -85,6 +85,19 @@ TEST_CASE("crossing capsules: depth is the radii, the normal their common perpen
   }
 }
 
+TEST_CASE("a capsule's end beside nearly the end of another: the normal is perpendicular to the one it is beside") {
+  // At the common corner of two sides of the parameters the distance is the least of both, to rounding.
+  Pose a, b;
+  a.rotation << 0.99999999994393973, 3.4956310188854693e-06, -9.9950589387087719e-06, 3.4955722063367509e-06,
+      -0.99999999997657874, -5.8841736871995011e-06, -9.9950795073747372e-06, 5.8841387484194063e-06,
+      -0.99999999993273769;
+  b.rotation << 0, 1, 0, 1, 0, 1.0150202309498847e-12, 1.0150202309498847e-12, 0, -1;
+  b.translation = {-1.7582548182265565, -6.1461066745949794e-06, 1.7573896703384345e-05};
+  const PairAnswer r =
+      NarrowPhase().solve(Shape(Capsule{1.5, 1}), a, Shape(Capsule{0.25, 1}), b, Request::distance);
+  CHECK(std::abs(r.normal.dot(a.rotation.col(2))) < 1e-15);
+}
+
 TEST_CASE("half-space with everything: the lowest point decides") {
   Random r(9);
   const NarrowPhase n;

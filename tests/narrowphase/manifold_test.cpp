@@ -523,3 +523,37 @@ TEST_CASE("manifold: over a triangle a face is cut as by any other face, also wh
   }
   CHECK(std::min(some, none) > 300);
 }
+
+TEST_CASE("contacts within a margin of the distance, or of a few last digits more or less, lie between the surfaces") {
+  Random r(5);
+  std::vector<ShapeKind> kinds(std::begin(bounded_convex), std::end(bounded_convex));
+  kinds.push_back(ShapeKind::mesh);
+  kinds.push_back(ShapeKind::voxels);
+  std::size_t found = 0;
+  for (const ShapeKind kind_a : kinds)
+    for (const ShapeKind kind_b : kinds)
+      for (int i = 0; i < 60; ++i) {
+        const Shape plain_a = random_shape(kind_a, r), plain_b = random_shape(kind_b, r);
+        const Shape a = i % 5 == 0 ? plain_a.rounded(r.in(0.01, 0.4)) : plain_a,
+                    b = i % 7 == 0 ? plain_b.rounded(r.in(0.01, 0.4)) : plain_b;
+        const Pose pa = random_pose(r, 1.5), pb = random_pose(r, 1.5);
+        const PairAnswer nearest = NarrowPhase().solve(a, pa, b, pb, Request::distance);
+        if (nearest.collide) continue;
+        NarrowPhaseOptions options;
+        options.margin = std::max(nearest.signed_distance + (r.below(9) - 4) * 0x1p-53, 0.0);
+        std::vector<Contact> contacts;
+        const PairAnswer answer = NarrowPhase(options).solve(a, pa, b, pb, Request::contacts, &contacts);
+        CAPTURE(name(kind_a), name(kind_b), i, options.margin, nearest.signed_distance, answer.signed_distance);
+        CHECK((answer.signed_distance > options.margin + 1e-14) <= contacts.empty());
+        found += contacts.size();
+        for (const Contact& c : contacts)
+          for (const bool of_b : {false, true}) {
+            const Pose there{Mat3::Identity(), c.point + (of_b ? -0.5 : 0.5) * c.depth * c.normal};
+            const double off =
+                NarrowPhase().solve(of_b ? b : a, of_b ? pb : pa, Shape(Sphere{0}), there, Request::distance)
+                    .signed_distance;
+            CHECK(std::abs(off) < 1e-7);
+          }
+      }
+  CHECK(found > 1000);
+}
