@@ -2,6 +2,7 @@
 #include "tandem/engine/scene_queries.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -20,9 +21,24 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
+[[noreturn]] void refuse(std::string_view what, double found, std::string_view allowed) {
+  char digits[32];
+  const std::string text(digits, std::to_chars(digits, digits + sizeof digits, found).ptr);
+  throw std::invalid_argument(std::string(what) + ": " + text + " is not " + std::string(allowed));
+}
+
 void require_margin(double margin) {
-  if (!(margin >= 0) || !std::isfinite(margin))
-    throw std::invalid_argument("margin: " + std::to_string(margin) + " is not finite and >= 0");
+  if (!(margin >= 0) || !std::isfinite(margin)) refuse("margin", margin, "finite and >= 0");
+}
+
+void require_cutoff(double cutoff) {
+  if (!(cutoff >= 0)) refuse("cutoff", cutoff, ">= 0");
+}
+
+/// The pose of a query, its rotation made orthonormal as those of bodies are.
+Pose query_pose(const Pose& given) {
+  require_valid(given, "query");
+  return orthonormalized(given);
 }
 
 }  // namespace
@@ -103,8 +119,8 @@ std::size_t SceneQueries::memory() const {
          impl_->lent.memory();
 }
 
-bool SceneQueries::collides(const Shape& shape, const Pose& pose, double margin, const QueryFilter& filter) const {
-  require_valid(pose, "query");
+bool SceneQueries::collides(const Shape& shape, const Pose& given, double margin, const QueryFilter& filter) const {
+  const Pose pose = query_pose(given);
   require_margin(margin);
   return !impl_->each_candidate(impl_->box_of(shape, pose, margin), filter,
                                 [&](std::uint32_t index, LimitWatch& watch) {
@@ -113,9 +129,9 @@ bool SceneQueries::collides(const Shape& shape, const Pose& pose, double margin,
                                 });
 }
 
-void SceneQueries::hits(const Shape& shape, const Pose& pose, std::vector<BodyId>& bodies,
+void SceneQueries::hits(const Shape& shape, const Pose& given, std::vector<BodyId>& bodies,
                         const QueryFilter& filter) const {
-  require_valid(pose, "query");
+  const Pose pose = query_pose(given);
   const auto first = static_cast<std::ptrdiff_t>(bodies.size());
   impl_->each_candidate(impl_->box_of(shape, pose, 0), filter, [&](std::uint32_t index, LimitWatch& watch) {
     if (impl_->solve(shape, pose, index, Request::collide, watch).collide) bodies.push_back(impl_->world().id(index));
@@ -124,10 +140,10 @@ void SceneQueries::hits(const Shape& shape, const Pose& pose, std::vector<BodyId
   std::sort(bodies.begin() + first, bodies.end(), [](BodyId a, BodyId b) { return a.index() < b.index(); });
 }
 
-std::optional<Hit> SceneQueries::nearest(const Shape& shape, const Pose& pose, double cutoff,
+std::optional<Hit> SceneQueries::nearest(const Shape& shape, const Pose& given, double cutoff,
                                          const QueryFilter& filter) const {
-  require_valid(pose, "query");
-  if (!(cutoff >= 0)) throw std::invalid_argument("cutoff: " + std::to_string(cutoff) + " is not >= 0");
+  const Pose pose = query_pose(given);
+  require_cutoff(cutoff);
 
   struct Nearest final : NearVisitor {
     const Impl& impl;
@@ -165,9 +181,9 @@ std::optional<Hit> SceneQueries::nearest(const Shape& shape, const Pose& pose, d
   return nearest.best;
 }
 
-void SceneQueries::within(const Shape& shape, const Pose& pose, double margin, std::vector<Hit>& hits,
+void SceneQueries::within(const Shape& shape, const Pose& given, double margin, std::vector<Hit>& hits,
                           const QueryFilter& filter) const {
-  require_valid(pose, "query");
+  const Pose pose = query_pose(given);
   require_margin(margin);
   const auto first = static_cast<std::ptrdiff_t>(hits.size());
   impl_->each_candidate(impl_->box_of(shape, pose, margin), filter, [&](std::uint32_t index, LimitWatch& watch) {
@@ -179,9 +195,9 @@ void SceneQueries::within(const Shape& shape, const Pose& pose, double margin, s
             [](const Hit& a, const Hit& b) { return a.body.index() < b.body.index(); });
 }
 
-void SceneQueries::contacts(const Shape& shape, const Pose& pose, double margin, std::vector<ContactHit>& hits,
+void SceneQueries::contacts(const Shape& shape, const Pose& given, double margin, std::vector<ContactHit>& hits,
                             std::vector<Contact>& contacts, const QueryFilter& filter) const {
-  require_valid(pose, "query");
+  const Pose pose = query_pose(given);
   NarrowPhaseOptions options = impl_->options;
   options.margin = margin;
   options.mesh_gaps = false;  // pairs without contacts are left out
@@ -301,7 +317,7 @@ void SceneQueries::first_hits(std::span<const Shape> links, const BatchPoses& po
 
 void SceneQueries::clearance(std::span<const Shape> links, const BatchPoses& poses, const PairTable& self,
                              std::span<double> distances, double cutoff, const BatchOptions& options) const {
-  if (!(cutoff >= 0)) throw std::invalid_argument("cutoff: " + std::to_string(cutoff) + " is not >= 0");
+  require_cutoff(cutoff);
   ConfigurationCheck(impl_->world(), impl_->options, links, poses, self, options, impl_->memory)
       .clearances(distances, cutoff);
 }

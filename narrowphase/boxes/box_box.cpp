@@ -291,7 +291,8 @@ BoxAnswer box_box_distance(const HalfSize& a, const Pose& pose_a, const HalfSize
   if (nearest_points(x, axis, local.point_a, local.point_b)) {
     direction = local.point_b - local.point_a;
     upper = direction.norm();
-    direction /= upper;
+    // Rotations that are not quite orthonormal may bring both points to one place though the axis separates.
+    direction = upper > 0 ? Vec3(direction / upper) : axis;
   } else {
     const Boxes boxes(a, b, x);
     const GjkResult r = gjk(boxes.difference, tolerance::axis_rounding);

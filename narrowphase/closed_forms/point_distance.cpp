@@ -242,11 +242,9 @@ void SegmentPair::try_sides() {
     const double d2 = (r_ + cs * u_ - ct * v_).squaredNorm();
     if (least < 0 || d2 < least) least = d2, s = cs, t = ct;
   }
-  // Of two sides equal to rounding the one taken may end in their common corner, where the other is nearest inside.
-  if (std::abs(s) == 1 && std::abs(t) == 1) {
-    s = best_s(t);
-    if (std::abs(s) == 1) t = best_t(s);
-  }
+  // Of two sides equal to rounding the one taken may be nearest at an end where the other is nearest inside.
+  if (std::abs(s) == 1) s = best_s(t);
+  if (std::abs(t) == 1) t = best_t(s);
   if (!crossing_ && uu_ > 0 && vv_ > 0) take_middle();
 }
 

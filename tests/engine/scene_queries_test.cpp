@@ -274,6 +274,7 @@ TEST_CASE("queries of a scene: bad input is refused by name") {
   CHECK(message_of([&] { queries.collides(ball, Pose{}, -1); }).find("margin") != std::string::npos);
   CHECK(message_of([&] { queries.within(ball, Pose{}, infinity, hits); }).find("margin") != std::string::npos);
   CHECK(message_of([&] { queries.nearest(ball, Pose{}, -1); }).find("cutoff") != std::string::npos);
+  CHECK(message_of([&] { queries.collides(ball, Pose{}, -1e-9); }) == "margin: -1e-09 is not finite and >= 0");
   CHECK(message_of([&] { queries.cast(ball, {Pose{}, bad}); }).find("motion: to") != std::string::npos);
   const BodyId gone = world.bodies[0];
   queries.collides(gone);
@@ -304,6 +305,31 @@ TEST_CASE("queries of a scene: bad input is refused by name") {
     CHECK(message_of([&] {
             queries.check(std::span(&open, 1), std::span(poses).first(2), {}, verdicts);
           }).find("link 0 is a " + std::string(name(open.kind()))) != std::string::npos);
+}
+
+TEST_CASE("queries of a scene: a rotation of six digits is made one, as a body's is") {
+  World world(3, 60);
+  const SceneQueries queries(world.scene);
+  Random r(3);
+  std::size_t found = 0;
+  for (int i = 0; i < 40; ++i) {
+    const Shape shape = random_shape(ShapeKind::box, r);
+    Pose exact = random_pose(r, 5);
+    Pose six = exact;
+    for (double& x : six.rotation.reshaped()) x = std::round(x * 1e6) / 1e6;
+    exact = orthonormalized(six);
+    CHECK(queries.collides(shape, six, 0.1) == queries.collides(shape, exact, 0.1));
+    std::vector<Hit> hits, same;
+    queries.within(shape, six, 1, hits);
+    queries.within(shape, exact, 1, same);
+    REQUIRE(hits.size() == same.size());
+    for (std::size_t k = 0; k < hits.size(); ++k) {
+      CHECK(hits[k].answer.signed_distance == same[k].answer.signed_distance);
+      CHECK(std::abs(hits[k].answer.normal.norm() - 1) < 1e-14);
+    }
+    found += hits.size();
+  }
+  CHECK(found > 20);
 }
 
 TEST_CASE("configurations: verdicts and clearances are those of single queries, on any number of threads") {

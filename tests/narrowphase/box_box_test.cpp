@@ -368,3 +368,30 @@ TEST_CASE("box-box: contacts along the axis of two edges near a face lie on that
   }
   CHECK(patches > 200);
 }
+
+TEST_CASE("boxes flush with each other, rotations off from orthonormal by 1e-10: every answer is finite") {
+  Random r(10);
+  std::size_t near = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec3 size_a = r.vec(0.2, 2), size_b = r.vec(0.2, 2);
+    Pose a{r.rotation(), Vec3::Zero()}, b = a;
+    const int axis = r.below(3);
+    Vec3 along = r.vec(-0.5, 0.5);
+    along[axis] = (size_a[axis] + size_b[axis]) / 2;
+    b.translation = a.rotation * along;
+    for (Mat3* m : {&a.rotation, &b.rotation})
+      for (int row = 0; row < 3; ++row)
+        for (int k = 0; k < 3; ++k) (*m)(row, k) += r.in(-1e-10, 1e-10);
+    std::vector<Contact> contacts;
+    const NarrowPhase solver(NarrowPhaseOptions{.margin = 0.1});
+    for (const Request request : {Request::distance, Request::contacts}) {
+      const PairAnswer answer = solver.solve(Shape(Box{size_a}), a, Shape(Box{size_b}), b, request, &contacts);
+      CAPTURE(i, answer.signed_distance);
+      CHECK(std::abs(answer.normal.norm() - 1) < 1e-8);
+      CHECK((answer.point_a.allFinite() && answer.point_b.allFinite()));
+      near += std::abs(answer.signed_distance) < 1e-9 ? 1 : 0;
+    }
+    for (const Contact& c : contacts) CHECK((c.point.allFinite() && c.normal.allFinite()));
+  }
+  CHECK(near > 3000);
+}

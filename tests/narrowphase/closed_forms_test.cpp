@@ -96,6 +96,14 @@ TEST_CASE("a capsule's end beside nearly the end of another: the normal is perpe
   const PairAnswer r =
       NarrowPhase().solve(Shape(Capsule{1.5, 1}), a, Shape(Capsule{0.25, 1}), b, Request::distance);
   CHECK(std::abs(r.normal.dot(a.rotation.col(2))) < 1e-15);
+
+  Pose c;
+  c.rotation << -9.5150088130960567e-11, 4.0843851071248217e-10, 1, 1, 4.3296921018851058e-09, 9.5150086362547576e-11,
+      -4.3296921018462432e-09, 1, -4.0843851112445275e-10;
+  const Pose ball = Pose::at(-1, 2, -1.75);
+  const PairAnswer q =
+      NarrowPhase().solve(Shape(Capsule{1.25, 2}), c, Shape(Capsule{1.375, 0}), ball, Request::distance);
+  CHECK(std::abs(q.normal.dot(c.rotation.col(2))) < 1e-15);
 }
 
 TEST_CASE("half-space with everything: the lowest point decides") {
