@@ -5,6 +5,7 @@
 
 #include "convex/portal.h"
 #include "convex/projection.h"
+#include "pairs/gjk_pair.h"
 #include "round/feature_search.h"
 #include "round/round_depth.h"
 #include "tolerances.h"
@@ -80,6 +81,9 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
     gap = depth.gap;
   }
   if (!s.optimal) gap = std::max(gap, doubt(s));
+  // Newton's method may end at an edge of h with the right normal and one end of the other body's edge as the point.
+  if (s.h < 0 && gap > tolerance::no_gap * pair.scale)
+    if (const LocalAnswer nearer = gjk_signed_distance(d, 0, &s.n, beyond); nearer.gap < gap) return nearer;
   // What seemed a deep overlap from the centres, and has no certain depth, may be none.
   if (deep && gap > tolerance::no_gap * pair.scale) {
     const Support descended = minimize(pair, direction(search_portal(d).normal), below);

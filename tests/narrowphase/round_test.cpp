@@ -581,3 +581,20 @@ TEST_CASE("round: the least depth over two rims is found, however narrow it is")
          Shape(Cone{0.75767127304250725, 0.33913910402645764}),
          {about({-1.6, 0.9, 0.9}, 2e-10), {-0.011951576350643849, 0.015388486649677397, -0.21263408382639915}}});
 }
+
+TEST_CASE("a flat ellipsoid beside an edge of a hull: the edge's point, where Newton's method ends with one of its ends") {
+  const Shape hull(Convex{{{-0.14388625511614017, 0.2588139024081908, 0.76024212847009287},
+                           {0.51395122123232606, -0.78706165569682907, 0.2292538850883199},
+                           {-0.24291222875077145, 0.68705183588682495, -0.15957779494599644},
+                           {0.18503248305809294, -0.26412387664431913, 0.49474800677920638}}});
+  const Shape ellipsoid(Ellipsoid{{0.063742762024440541, 1.0999901574089877e-05, 0.86543933177120547}});
+  Pose a, b;
+  a.rotation << 0, 0, -1, 1, 0, 0, 0, -1, 0;
+  b.rotation << 0.6529805491187779, -0.43973149149841706, 0.61664626639355946, 0.70718490652190968, 0.64545451301737033,
+      -0.28857924321251355, -0.27111973454571153, 0.62451956495380245, 0.73244071605132399;
+  b.translation = {-0.73448078194318489, 0.086717326051132776, 0.56138181489568673};
+  const PairAnswer r = NarrowPhase().solve(hull, a, ellipsoid, b, Request::distance);
+  CHECK(r.status == Status::ok);
+  CHECK(std::abs(r.signed_distance - 0.3267175953643311) < 1e-12);
+  CHECK((r.point_b - r.point_a - r.signed_distance * r.normal).norm() < 1e-9);
+}

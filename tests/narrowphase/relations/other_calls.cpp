@@ -100,19 +100,34 @@ std::string motions(const Case& c, Random& random) {
 constexpr double flush = 1e-6;
 
 // A contact's point is no farther from either body than half its depth.
-std::string contact_points(const Case& c, Random&) {
+std::string points_of(const Case& c, std::span<const Contact> contacts, double error_bound) {
   const Shape point(Sphere{0});
-  const double tolerance = flush * c.unit + 4 * world_rounding(c.pair) +
-                           std::max(c.answers.contacts.error_bound, c.answers.near.error_bound);
-  for (const auto* list : {&c.answers.touching, &c.answers.within})
-    for (const Contact& contact : *list)
-      for (const bool first : {true, false}) {
-        const Shape& s = first ? c.a : c.b;
-        const Pose& pose = first ? c.pair.a.pose : c.pair.b.pose;
-        const double off = distance(s, pose, point, {Mat3::Identity(), contact.point}).signed_distance;
-        if (off > std::abs(contact.depth) / 2 + tolerance)
-          return say("a contact ", contact.depth, " deep is ", off, " off ", first ? "A" : "B");
-      }
+  const double tolerance = flush * c.unit + 4 * world_rounding(c.pair) + error_bound;
+  for (const Contact& contact : contacts)
+    for (const bool first : {true, false}) {
+      const Shape& s = first ? c.a : c.b;
+      const Pose& pose = first ? c.pair.a.pose : c.pair.b.pose;
+      const double off = distance(s, pose, point, {Mat3::Identity(), contact.point}).signed_distance;
+      if (off > std::abs(contact.depth) / 2 + tolerance)
+        return say("a contact ", contact.depth, " deep is ", off, " off ", first ? "A" : "B");
+    }
+  return {};
+}
+
+// Also within a margin of the gap itself, where rounding decides whether there is a contact.
+std::string contact_points(const Case& c, Random&) {
+  const Answers& r = c.answers;
+  const double error_bound = std::max(r.contacts.error_bound, r.near.error_bound);
+  for (const auto* list : {&r.touching, &r.within})
+    if (std::string why = points_of(c, *list, error_bound); !why.empty()) return why;
+  const double d = r.distance.signed_distance;
+  if (!(d > 0)) return {};
+  for (const double margin : {d, std::nextafter(d, infinity)}) {
+    std::vector<Contact> contacts;
+    NarrowPhase({.margin = margin}).solve(c.a, c.pair.a.pose, c.b, c.pair.b.pose, Request::contacts, &contacts);
+    if (const std::string why = points_of(c, contacts, r.distance.error_bound); !why.empty())
+      return say("within ", margin, ": ", why);
+  }
   return {};
 }
 
