@@ -3,6 +3,7 @@
 
 #include <optional>
 
+#include "closed_forms/closed_forms.h"
 #include "convex/portal.h"
 #include "convex/projection.h"
 #include "pairs/gjk_pair.h"
@@ -27,23 +28,26 @@ Vec3 between_centres(const MinkowskiDifference& d) {
   return d.pose.rotation * inside(d.b) + d.pose.translation - inside(d.a);
 }
 
-/// The distance of a point near an ellipsoid from its surface, in its frame, to first order.
-double off_ellipsoid(const ConvexView& v, const Vec3& p) {
+/// The distance of a point near a cylinder, cone or ellipsoid from its surface, in its frame; of an ellipsoid to first
+/// order.
+double off_surface(const ConvexView& v, const Vec3& p) {
+  if (v.kind != ShapeKind::ellipsoid) return std::abs(point_distance(v, p).signed_distance);
   const Vec3 radii{v.param[0], v.param[1], v.param[2]}, q = p.cwiseQuotient(radii);
   const double k = q.norm(), gradient = q.cwiseQuotient(radii).norm();
   return gradient > 0 ? std::abs(k * (k - 1) / gradient) : infinity;
 }
 
-/// The last digit of n moves the point of a flat ellipsoid by that times its radius of curvature. The other body's
-/// point and h n give it to all digits, where the resulting point lies on the ellipsoid.
+/// The last digit of n moves the point of a flat ellipsoid by that times its radius of curvature, and that of a disc
+/// along it. The other body's point and h n give it to all digits, where the resulting point lies on the surface.
 void straighten_points(const RoundPair& pair, Support& s) {
   const double open = tolerance::descent_accuracy * pair.scale, rounding = 64 * epsilon * pair.scale;
   for (const int which : {0, 1}) {
     const RoundBody& body = pair.body[which];
     const Vec3 derived = s.h * s.n - s.point[1 - which];
     if ((derived - s.point[which]).squaredNorm() <= open * open) return;
-    if (body.kind() == ShapeKind::ellipsoid &&
-        off_ellipsoid(body.view(), body.axes().transpose() * (derived - body.centre())) <= rounding)
+    const bool is_round = body.kind() == ShapeKind::ellipsoid || body.kind() == ShapeKind::cylinder ||
+                          body.kind() == ShapeKind::cone;
+    if (is_round && off_surface(body.view(), body.axes().transpose() * (derived - body.centre())) <= rounding)
       s.point[which] = derived;
   }
 }
