@@ -194,7 +194,8 @@ class SegmentPair {
 
   /// Finds the parameters s and t of the nearest points.
   void find_nearest();
-  /// The vector from the point at s to the one at t; inside a segment perpendicular to it, despite rounding.
+  /// The vector from the point at s to the one at t; despite rounding perpendicular to a segment inside it, and not
+  /// leaning to its inside at an end.
   Vec3 gap() const;
   /// The distance and the unit normal from the first to the second; `gap` as above.
   void measure(const Vec3& gap, SegmentDistance& d) const;
@@ -233,18 +234,22 @@ void SegmentPair::find_nearest() {
   if (!interior_) try_sides();
 }
 
-/// The minimum lies on the boundary of the parameter square: the best of its four sides.
+/// The minimum lies on the boundary of the parameter square: the best of its four sides. Of those equal to rounding the
+/// one whose ends are nearest because their segments end there, by the derivatives, which have more digits.
 void SegmentPair::try_sides() {
-  double least = -1;
+  const double rounding = 4 * epsilon * std::sqrt(r_.squaredNorm() + uu_ + vv_);
+  double least = infinity, leaning = infinity;
   for (int side = 0; side < 4; ++side) {
     const double end = side % 2 == 0 ? 1.0 : -1.0;
     const double cs = side < 2 ? end : best_s(end), ct = side < 2 ? best_t(end) : end;
-    const double d2 = (r_ + cs * u_ - ct * v_).squaredNorm();
-    if (least < 0 || d2 < least) least = d2, s = cs, t = ct;
+    const Vec3 gap = r_ + cs * u_ - ct * v_;
+    const double length = gap.norm();
+    const double of_u = std::abs(cs) == 1 ? cs * gap.dot(u_) * std::sqrt(by_uu_) : 0.0,
+                 of_v = std::abs(ct) == 1 ? -ct * gap.dot(v_) * std::sqrt(by_vv_) : 0.0;
+    const double leans = std::max({of_u, of_v, 0.0});
+    if (length < least - rounding || (length <= least + rounding && leans < leaning))
+      least = length, leaning = leans, s = cs, t = ct;
   }
-  // Of two sides equal to rounding the one taken may be nearest at an end where the other is nearest inside.
-  if (std::abs(s) == 1) s = best_s(t);
-  if (std::abs(t) == 1) t = best_t(s);
   if (!crossing_ && uu_ > 0 && vv_ > 0) take_middle();
 }
 
@@ -259,8 +264,16 @@ void SegmentPair::take_middle() {
 
 Vec3 SegmentPair::gap() const {
   Vec3 gap = t * v_ - s * u_ - r_;
-  if (std::abs(s) < 1) gap -= (gap.dot(u_) * by_uu_) * u_;
-  if (std::abs(t) < 1) gap -= (gap.dot(v_) * by_vv_) * v_;
+  const auto make_perpendicular_to_u = [&] {
+    const double along = gap.dot(u_);
+    if (std::abs(s) < 1 || along * s < 0) gap -= (along * by_uu_) * u_;
+  };
+  // Of parallel ones the longer last: they are so but for rounding, and over its length an error has the most effect.
+  const bool u_last = uu_ > vv_;
+  if (!u_last) make_perpendicular_to_u();
+  const double along = gap.dot(v_);
+  if (std::abs(t) < 1 || along * t > 0) gap -= (along * by_vv_) * v_;
+  if (u_last) make_perpendicular_to_u();
   return gap;
 }
 

@@ -60,9 +60,10 @@ class BoxesOfPairs {
               AnswerSink& answers) {
     const std::size_t k = next_++, first = contacts.size();
     const std::int64_t finding = found_.finding[k];
-    if (finding == BoxFinding::apart) return true;
     // Solved separately if rounding decides whether they touch.
-    if (finding == BoxFinding::unknown || is_undecided(pair, found_.distance[k])) {
+    const bool undecided = is_undecided(pair, found_.distance[k]);
+    if (finding == BoxFinding::apart && !undecided) return true;
+    if (finding == BoxFinding::unknown || undecided) {
       if (finding == BoxFinding::faces) ++next_patch_;
       return false;
     }

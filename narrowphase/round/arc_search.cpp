@@ -165,7 +165,10 @@ void search_face_arcs(Minima& m, int which, const FaceReach& reach) {
     if (!(sine > tolerance::parallel_lines)) return;
     const Vec3 corner = body.point(static_cast<int>(v), n0);
     const auto support = [&](const Vec3& n) { return Vec3(corner + other.support(n)); };
-    const Circle circle{across / sine};
+    Circle circle{across / sine};
+    // The cross product of nearly parallel normals has errors of rounding over its length, also along the normals.
+    if (sine < tolerance::clearly_off_axis)
+      circle.axis = (circle.axis - circle.axis.dot(n0) * n0).normalized();
     const Span span{{n0, support(n0)}, {n1, support(n1)}};
     for (const Sample* end : {&span.first, &span.last})
       if (end->out.dot(end->p) < m.best.h - m.rounding) m.try_from(end->out);

@@ -395,3 +395,32 @@ TEST_CASE("boxes flush with each other, rotations off from orthonormal by 1e-10:
   }
   CHECK(near > 3000);
 }
+
+TEST_CASE("several pairs: boxes that touch, as rounding decides, are not skipped") {
+  Random r(21);
+  class Found final : public AnswerSink {
+   public:
+    PairAnswer& begin(std::size_t) override { return answer; }
+    void end() override {}
+    PairAnswer answer;
+  } found;
+  std::size_t touching = 0;
+  for (int i = 0; i < 6000; ++i) {
+    const Shape a(Box{r.vec(0.2, 2)}), b(Box{r.vec(0.2, 2)});
+    const Pose pose_a = random_pose(r, 0.1);
+    Pose pose_b = random_pose(r, 2);
+    const NarrowPhase solver;
+    for (int twice = 0; twice < 2; ++twice) {
+      const PairAnswer at = solver.solve(a, pose_a, b, pose_b, Request::distance);
+      pose_b.translation -= at.signed_distance * at.normal;
+    }
+    std::vector<Contact> alone, together;
+    const PairAnswer answer = solver.solve(a, pose_a, b, pose_b, Request::contacts, &alone);
+    const PlacedPair pair{&a, &pose_a, &b, &pose_b};
+    SeveralPairs().solve(std::span(&pair, 1), together, found);
+    CAPTURE(i, answer.collide, answer.signed_distance);
+    CHECK(together.size() == alone.size());
+    touching += answer.collide ? 1 : 0;
+  }
+  CHECK(touching > 2000);
+}

@@ -106,6 +106,33 @@ TEST_CASE("a capsule's end beside nearly the end of another: the normal is perpe
   CHECK(std::abs(q.normal.dot(c.rotation.col(2))) < 1e-15);
 }
 
+TEST_CASE("nearly parallel capsules: apart along the normal by the distance, their points opposite each other") {
+  Random r(9);
+  const auto length = [&] {
+    if (r.once_in(4)) return std::pow(10, -r.in(0, 9));
+    return r.in(0.1, 2);
+  };
+  for (int i = 0; i < 20000; ++i) {
+    const double radius_a = length(), length_a = length(), radius_b = length(), length_b = length();
+    const Shape a(Capsule{radius_a, length_a}), b(Capsule{radius_b, length_b});
+    const Pose pose_a{r.rotation(), Vec3::Zero()};
+    const Vec3 about = r.direction();
+    Pose pose_b{Eigen::AngleAxisd(std::pow(10, -r.in(1, 12)), about) * pose_a.rotation, Vec3::Zero()};
+    pose_b.translation = (radius_a + radius_b + 0.5 * (length_a + length_b)) * r.vec(-1, 1);
+    if (r.once_in(3)) pose_b.translation = pose_a.rotation * Vec3(radius_a + radius_b, 0, (length_a + length_b) / 2);
+    const PairAnswer answer = NarrowPhase().solve(a, pose_a, b, pose_b, Request::distance);
+    const auto reach = [&](const Pose& pose, double radius, double along, const Vec3& n) {
+      return n.dot(pose.translation) + radius + along / 2 * std::abs(n.dot(pose.rotation.col(2)));
+    };
+    const double apart = -reach(pose_b, radius_b, length_b, -answer.normal) -
+                         reach(pose_a, radius_a, length_a, answer.normal);
+    const double unit = a.size() + b.size() + pose_b.translation.norm();
+    CAPTURE(i, radius_a, length_a, radius_b, length_b, answer.signed_distance);
+    CHECK(std::abs(apart - answer.signed_distance) < 2e-12 * unit);
+    CHECK((answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm() < 3e-12 * unit);
+  }
+}
+
 TEST_CASE("half-space with everything: the lowest point decides") {
   Random r(9);
   const NarrowPhase n;

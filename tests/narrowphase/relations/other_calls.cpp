@@ -277,10 +277,11 @@ std::string lanes(const Case& c, Random& random) {
   }
   std::vector<PlacedPair> pairs;
   for (const Placed& p : placed) pairs.push_back({p.a, &p.pose_a, p.b, &p.pose_b});
-  const NarrowPhase alone({.margin = c.pair.margin});
+  const double margin = random.once_in(2) ? 0 : c.pair.margin;
+  const NarrowPhase alone({.margin = margin});
   std::vector<Contact> contacts;
   Answered answers(pairs.size(), contacts);
-  SeveralPairs({.margin = c.pair.margin}).solve(pairs, contacts, answers);
+  SeveralPairs({.margin = margin}).solve(pairs, contacts, answers);
   std::vector<std::uint8_t> apart(pairs.size());
   alone.mark_apart(pairs, apart);
   for (std::size_t k = 0; k < pairs.size(); ++k) {

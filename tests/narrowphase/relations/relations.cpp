@@ -278,23 +278,28 @@ class FirstAnswer final : public AnswerSink {
   bool given = false;
 };
 
-std::string several(const Case& c, Random&) {
+std::string several_within(const Case& c, double margin, const std::vector<Contact>& alone, const PairAnswer& answer) {
   const PlacedPair pair{&c.a, &c.pair.a.pose, &c.b, &c.pair.b.pose};
   std::vector<Contact> contacts;
   FirstAnswer sink;
-  SeveralPairs({.margin = c.pair.margin}).solve(std::span(&pair, 1), contacts, sink);
+  SeveralPairs({.margin = margin}).solve(std::span(&pair, 1), contacts, sink);
   const auto same_bits = [](const Contact& x, const Contact& y) {
     return x.point == y.point && x.normal == y.normal && x.depth == y.depth && x.feature == y.feature;
   };
-  const auto& within = c.answers.within;
-  if (!std::equal(contacts.begin(), contacts.end(), within.begin(), within.end(), same_bits))
-    return say("several at once: other contacts, ", contacts.size(), " for ", within.size());
-  if (sink.given && sink.answer.signed_distance != c.answers.near.signed_distance)
+  if (!std::equal(contacts.begin(), contacts.end(), alone.begin(), alone.end(), same_bits))
+    return say("several at once: other contacts, ", contacts.size(), " for ", alone.size());
+  if (sink.given && sink.answer.signed_distance != answer.signed_distance)
     return say("several at once: another distance");
   std::uint8_t apart = 0;
-  NarrowPhase({.margin = c.pair.margin}).mark_apart(std::span(&pair, 1), std::span(&apart, 1));
-  if (apart != 0 && !within.empty()) return say("marked as apart with contacts within the margin");
+  NarrowPhase({.margin = margin}).mark_apart(std::span(&pair, 1), std::span(&apart, 1));
+  if (apart != 0 && !alone.empty()) return say("marked as apart with contacts within the margin");
   return {};
+}
+
+std::string several(const Case& c, Random&) {
+  const Answers& r = c.answers;
+  if (std::string why = several_within(c, 0, r.touching, r.contacts); !why.empty()) return why;
+  return several_within(c, c.pair.margin, r.within, r.near);
 }
 
 std::string impact(const Case& c, Random& random) {
