@@ -154,7 +154,7 @@ struct TriangleAxis {
   double doubtful = -infinity;  ///< upper bound on the separation along axes that are inexact
 };
 
-/// True if a point that no side leaves outside by more than the slack lies over the face, or about as near to it: beyond
+/// True if a point that is outside of no side by more than the slack lies over the face, or about as near to it: beyond
 /// the tip of a sliver, the strips along its two long sides overlap much farther out.
 bool near_face(const Vec3& point, const CornerLoop& face, const Vec3 (&side)[4], const Vec3& n, double slack) {
   bool inside = true;

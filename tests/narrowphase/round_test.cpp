@@ -582,7 +582,7 @@ TEST_CASE("round: the least depth over two rims is found, however narrow it is")
          {about({-1.6, 0.9, 0.9}, 2e-10), {-0.011951576350643849, 0.015388486649677397, -0.21263408382639915}}});
 }
 
-TEST_CASE("a flat ellipsoid beside an edge of a hull: the edge's point, where Newton's method ends with one of its ends") {
+TEST_CASE("a flat ellipsoid beside a hull's edge: the edge's point, where Newton's method ends with one of its ends") {
   const Shape hull(Convex{{{-0.14388625511614017, 0.2588139024081908, 0.76024212847009287},
                            {0.51395122123232606, -0.78706165569682907, 0.2292538850883199},
                            {-0.24291222875077145, 0.68705183588682495, -0.15957779494599644},

@@ -52,8 +52,8 @@ struct PairAnswer {
   /// Request::contacts gives the depth of the deepest contact, which is no deeper than a translation that was tried and
   /// separates; where several patches push along different normals, such as those of a floor and a wall, it may be less
   /// than needed: error_bound (inexact) bounds the difference either way. For pairs farther apart than the margin it
-  /// may be the separation along any normal, and the points are not set; for two separated meshes a lower bound on the
-  /// distance, 0 if none is known, and there may be no normal.
+  /// may be the separation along any normal, and the points are not set; for a mesh separated from another shape a
+  /// lower bound on the distance, 0 if none is known, and there may be no normal.
   ///
   /// With voxels the same holds as with a mesh: the depth of the deepest cell is the lower bound, and the translation
   /// is searched along the normal of that cell and along the axes of the grid.

@@ -69,10 +69,11 @@ class NarrowPhase {
                                        const Pose& pose_b, const Vec3& velocity_b, double tmax) const;
 
   /// The first contact of two bodies on motions that may rotate; empty if there is none. Never missed, and late at most
-  /// by rounding; early where they come as near as 1e-10 of the path. By conservative advancement with a bound on the
-  /// speed of each body's points along the normal (Mirtich 1996; Zhang, Lee and Kim, "Interactive continuous collision
-  /// detection for non-convex polyhedra", 2006), for meshes by their hierarchies. Poses must be valid. Throws
-  /// std::invalid_argument for pairs whose distance is refused; WorkStopped as above.
+  /// by rounding; early where they come as near as 1e-10 of the path, or, if both turn about an axis many sizes away,
+  /// as 2e-7 of it. By conservative advancement with a bound on the speed of each body's points along the normal
+  /// (Mirtich 1996; Zhang, Lee and Kim, "Interactive continuous collision detection for non-convex polyhedra", 2006),
+  /// for meshes by their hierarchies. Poses must be valid. Throws std::invalid_argument for pairs whose distance is
+  /// refused; WorkStopped as above.
   std::optional<FirstTouch> time_of_impact(const Shape& a, const Motion& motion_a, const Shape& b,
                                       const Motion& motion_b) const;
 

@@ -12,8 +12,8 @@ using Quat = Eigen::Quaterniond;
 
 /// A pose: world = rotation * v + translation. Triangles of meshes are exactly where these numbers put them; other
 /// shapes take a rotation's transpose for its inverse, with an error proportional to the size and to the deviation from
-/// an orthonormal matrix: by that requests may also differ from each other, and normals from unit length. Pass a rotation
-/// of few digits through `orthonormalized` first, as scenes, SceneQueries and files do.
+/// an orthonormal matrix: by that requests may also differ from each other, and normals from unit length. Pass a
+/// rotation of few digits through `orthonormalized` first, as scenes, SceneQueries and files do.
 struct Pose {
   Mat3 rotation = Mat3::Identity();
   Vec3 translation = Vec3::Zero();
