@@ -245,3 +245,48 @@ TEST_CASE("nearest points of meshes: where rounding parts two faces that rest on
   }
   CHECK(apart > 100);
 }
+
+// Side by side, the tops in one plane: a pair of triangles there, a hair apart along parallel edges, has any direction.
+TEST_CASE("nearest points of meshes: all nearest triangles decide on the direction, not one pair") {
+  reference::Random random(2027);
+  for (const double gap : {0.0, 1e-15, 1e-13, 1e-12, 1e-10, 1e-8, 1e-6})
+    for (int i = 0; i < 300; ++i) {
+      const Vec3 half_a = random.vec(0.5, 1.5);
+      const Vec3 half_b = random.vec(0.25, 0.45);
+      Mesh of_a = box_mesh(2 * half_a, 1 + i % 3), of_b = box_mesh(2 * half_b, 1 + i / 3 % 2);
+      if (i % 2 != 0) of_a.solid = of_b.solid = false;
+      const Shape a{of_a}, b{of_b};
+      Pose at_a{random.rotation(), random.vec(-3, 3)};
+      if (i % 4 == 0) at_a.translation *= 100;
+      const double y = random.in(-0.3, 0.3);
+      const Vec3 at(half_a.x() + half_b.x() + gap, y, half_a.z() - half_b.z());
+      const Pose at_b{at_a.rotation, at_a * at};
+      const Vec3 aside = at_a.rotation.col(0);
+      CAPTURE(gap, i);
+      CHECK((NarrowPhase().solve(a, at_a, b, at_b, Request::distance).normal - aside).norm() < 1e-12);
+      std::vector<Contact> contacts;
+      const PairAnswer answer = NarrowPhase({.margin = 1e-4}).solve(a, at_a, b, at_b, Request::contacts, &contacts);
+      CHECK((answer.normal - aside).norm() < 1e-12);
+      for (const Contact& c : contacts) CHECK((c.normal - aside).norm() < 1e-12);
+    }
+}
+
+TEST_CASE("nearest points of meshes: triangles in both orientations on touching faces do not turn the direction") {
+  reference::Random random(2028);
+  const auto with_flaps = [&](Mesh mesh) {
+    const std::vector<std::array<std::uint32_t, 3>> sides = mesh.triangles;
+    for (const auto& t : sides)
+      if (random.once_in(2)) mesh.triangles.push_back(t), mesh.triangles.push_back({t[0], t[2], t[1]});
+    std::reverse(mesh.triangles.begin(), mesh.triangles.end());
+    return mesh;
+  };
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 half_a = random.vec(0.5, 1.5), half_b = random.vec(0.25, 0.45);
+    const Shape a{with_flaps(box_mesh(2 * half_a, 1 + i % 3))}, b{with_flaps(box_mesh(2 * half_b, 1 + i / 3 % 2))};
+    const Pose at_a{random.rotation(), random.vec(-3, 3)};
+    const double x = random.in(-0.2, 0.2), y = random.in(-0.2, 0.2);
+    const Pose at_b{at_a.rotation, at_a * Vec3(x, y, half_a.z() + half_b.z() + 1e-15)};
+    CAPTURE(i);
+    CHECK((NarrowPhase().solve(a, at_a, b, at_b, Request::distance).normal - at_a.rotation.col(2)).norm() < 1e-12);
+  }
+}

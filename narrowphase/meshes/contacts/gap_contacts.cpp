@@ -3,16 +3,21 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory_resource>
 #include <numbers>
+#include <vector>
 
 #include "manifold/manifold.h"
 #include "manifold/patch_collector.h"
 #include "meshes/contacts/normal_cone.h"
 #include "meshes/traversal/mesh_nearest.h"
+#include "meshes/traversal/touching_faces.h"
 #include "pairs/convex_pair.h"
+#include "shapes/lent_memory.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
 #include "shapes/unit_vector.h"
+#include "shapes/work_meter.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -67,22 +72,25 @@ class GapContacts {
         mesh_b_(mesh_of(b.shape)),
         between_(b.pose.translation - a.pose.translation),
         size_(a.shape.size() + b.shape.size()),
+        noisy_(tolerance::noisy_difference * (reach(mesh_a_) + reach(mesh_b_))),
         options_(options),
         patches_(size_, options),
+        touching_(lent_memory(options)),
         scratch_(scratch) {}
 
   /// Adds two triangles that do not intersect.
   void add(const TrianglePair& pair, const Nearest& near) {
-    const Vec3 normal =
-        direction_between(near, {corners_of_a(pair[0]), Pose{}, mesh_a_.solid},
-                          {corners_of_b(pair[1]), Pose{}, mesh_b_.solid}, reach(mesh_a_) + reach(mesh_b_), {});
-    const Near found{near, normal, pair};
+    const Near found{near, near.distance > noisy_ ? direction(pair, near) : Vec3(Vec3::Zero()), pair};
     if (near.distance < nearest_.points.distance) nearest_ = found;
-    if (is_nearest_around(found)) add_patch(found);
+    if (near.distance > noisy_)
+      add(found);
+    else
+      touching_.push_back(found);
   }
 
   void finish(std::vector<Contact>& out) {
     const std::size_t first = out.size();
+    if (!touching_.empty()) add_touching();
     patches_.finish(Vec3::Zero(), false, out);
     for (Contact& c : std::span(out).subspan(first)) {
       c.point += a_.pose.translation;
@@ -111,6 +119,34 @@ class GapContacts {
     return c;
   }
 
+  Vec3 direction(const TrianglePair& pair, const Nearest& near) const {
+    return direction_between(near, {corners_of_a(pair[0]), Pose{}, mesh_a_.solid},
+                             {corners_of_b(pair[1]), Pose{}, mesh_b_.solid}, reach(mesh_a_) + reach(mesh_b_), {});
+  }
+
+  void add(const Near& found) {
+    if (is_nearest_around(found)) add_patch(found);
+  }
+
+  // Those as near as the nearest, to rounding, have one direction, if any.
+  void add_touching() {
+    WorkMeter meter(options_.limit);
+    const double gap = nearest_.points.distance, rounding = rounding_of_corners(mesh_a_, mesh_b_, between_);
+    TouchingFaces near(mesh_a_, mesh_b_, gap, rounding, meter, lent_memory(options_));
+    for (const Near& t : touching_) {
+      if (near.size() == most_touching) break;
+      meter.spend();
+      if (t.points.distance <= gap + rounding) near.add(t.pair, corners_of_a(t.pair[0]), corners_of_b(t.pair[1]));
+    }
+    nearest_.normal = direction_of(near, gap, rounding, direction(nearest_.pair, nearest_.points));
+    const bool together = near.separable();
+    for (Near& t : touching_) {
+      const bool is_nearest = together && t.points.distance <= gap + rounding;
+      t.normal = is_nearest ? nearest_.normal : direction(t.pair, t.points);
+      add(t);
+    }
+  }
+
   // True if no point of either surface around these two is nearer to the other one.
   bool is_nearest_around(const Near& near) const {
     const double slack = tolerance::alike * size_;
@@ -133,9 +169,10 @@ class GapContacts {
   const Posed &a_, &b_;
   const MeshModel &mesh_a_, &mesh_b_;
   const Vec3 between_;
-  const double size_;
+  const double size_, noisy_;  // `noisy_`: the direction of shorter distances is noise
   const NarrowPhaseOptions& options_;
   PatchCollector patches_;
+  std::pmr::vector<Near> touching_;  // no farther than that, without their normals
   Near nearest_;
   std::vector<Contact>& scratch_;
 };

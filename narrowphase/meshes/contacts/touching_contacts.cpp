@@ -10,9 +10,9 @@
 #include "meshes/contacts/mesh_contacts.h"
 #include "meshes/contacts/posed_meshes.h"
 #include "meshes/traversal/box_descent.h"
-#include "meshes/traversal/folded_triangles.h"
 #include "meshes/traversal/mesh_nearest.h"
 #include "meshes/traversal/point_in_mesh.h"
+#include "meshes/traversal/touching_faces.h"
 #include "pairs/convex_pair.h"
 #include "shapes/lent_memory.h"
 #include "shapes/shape_insides.h"
@@ -22,33 +22,30 @@
 namespace tandem {
 namespace {
 
-// Pairs of touching triangles whose edge cross products are tried as directions.
-constexpr std::size_t crossed_faces = 16;
-
-// Contacts of surfaces that only touch, or are coplanar, and so cross along no curve. A direction along which no
-// triangle of A reaches beyond one of B that it intersects separates them; if there is none (or one contains the other)
-// the direction of least overlap of the hulls is used.
+// Contacts of surfaces that only touch, or are coplanar, and so cross along no curve, along the direction that
+// separates the intersecting triangles; if there is none (or one contains the other) that of least overlap of the hulls
+// is used.
 class Touching {
  public:
   Touching(const PosedMeshes& m, std::span<const TrianglePair> pairs, Memory memory)
       : m_(m),
         met_(pairs),
-        pairs_(pairs.begin(), pairs.end(), memory),
         slack_(tolerance::in_plane * (m.a.half + m.b.half).norm()),
         meter_(m.limit),
-        faces_(memory) {
+        memory_(memory),
+        faces_(m.a, m.b, 0, slack_, meter_, memory) {
     faces_.reserve(pairs.size());
-    for (const auto& [i, j] : pairs) {
+    for (const TrianglePair& pair : pairs) {
       meter_.spend();
-      faces_.push_back(faces(m.corners(true, i), m.corners(false, j)));
+      faces_.add(pair, m.corners(true, pair[0]), m.corners(false, pair[1]));
     }
-    find_separating_direction();
-    if (by_side_ && leave_out_folded(memory)) find_separating_direction();
-    depth_ = deepest_along(n_);
+    faces_.separate(Vec3::Zero());
+    n_ = faces_.direction();
+    depth_ = faces_.deepest_along(n_);
   }
 
   /// True if there is such a direction, to rounding.
-  bool separable() const { return separable_; }
+  bool separable() const { return faces_.separable(); }
 
   /// Adds the triangles between which rounding leaves a gap where others touch: the contacts span the whole touch.
   void add_near(const Posed& a, const Posed& b) {
@@ -57,24 +54,24 @@ class Touching {
     };
     const auto visit = [&](const TrianglePair& pair, const Nearest& near) {
       if (near.distance == 0) return true;
-      const Faces f = faces(m_.corners(true, pair[0]), m_.corners(false, pair[1]));
-      if (overlap(f, n_) <= slack_) pairs_.push_back(pair), faces_.push_back(f);
+      const Corners p = m_.corners(true, pair[0]), q = m_.corners(false, pair[1]);
+      if (TouchingFaces::overlap(p, q, n_) <= slack_) faces_.add(pair, p, q);
       return true;
     };
     NearestSearch(a, b, m_.limit).each_within(slack_, meet, visit, {});
   }
 
   void append(std::vector<Contact>& contacts) {
-    if (!separable_) take_direction_of_hulls();
+    if (!separable()) take_direction_of_hulls();
     const double size = (m_.a.half + m_.b.half).norm();
     const std::size_t first = contacts.size();
-    if (faces_.empty()) contacts.push_back({place_in_both(), n_, depth_, 0});
-    for (std::size_t k = 0; k < pairs_.size(); ++k) {
+    if (faces_.size() == 0) contacts.push_back({place_in_both(), n_, depth_, 0});
+    for (std::size_t k = 0; k < faces_.size(); ++k) {
       meter_.spend();
-      const double depth = overlap(faces_[k], n_);
+      const double depth = faces_.overlap(k, n_);
       if (depth < depth_ - slack_) continue;
       meter_.spend(32);
-      const TriangleView p(faces_[k].a), q(faces_[k].b);
+      const TriangleView p(faces_.faces(k).a), q(faces_.faces(k).b);
       const PairAnswer near = solve_convex(p, {}, q, {}, Request::distance, {}, nullptr);
       const std::size_t known = contacts.size();
       append_manifold(p, q, {Mat3::Identity(), Vec3::Zero()},
@@ -88,7 +85,7 @@ class Touching {
                                        [&](const Contact& o) { return (o.point - found.point).norm() < slack_; });
         if (!again)
           contacts[end++] = {found.point, n_, std::max(0.0, found.depth),
-                             feature_of(1, 8 * pairs_[k][0] + found.feature % 8)};
+                             feature_of(1, 8 * faces_.pair(k)[0] + found.feature % 8)};
       }
       contacts.resize(end);
       if (contacts.size() - first > most_points) keep_outer(contacts, first);
@@ -97,13 +94,8 @@ class Touching {
   }
 
  private:
-  struct Faces {
-    std::array<Vec3, 3> a, b;
-    Vec3 normal_a, normal_b;  // unit; zero without area or outside
-  };
-
   static constexpr std::size_t most_points = 128;  // compared with each other
-  static constexpr std::size_t at_once = 16;       // triangles or vertices between two counts of work
+  static constexpr std::size_t at_once = 16;       // vertices between two counts of work
 
   // Keeps those farthest in sixteen directions along the contact's plane, the first among equals.
   void keep_outer(std::vector<Contact>& contacts, std::size_t first) const {
@@ -124,45 +116,6 @@ class Touching {
     std::size_t kept = first;
     for (auto at = outer.begin(); at != end; ++at) contacts[kept++] = contacts[*at];
     contacts.resize(kept);
-  }
-
-  static Faces faces(const std::array<Vec3, 3>& p, const std::array<Vec3, 3>& q) {
-    return {p, q, area_vector(p).stableNormalized(), area_vector(q).stableNormalized()};
-  }
-
-  static double overlap(const Faces& f, const Vec3& n) { return most_along(n, f.a) - least_along(n, f.b); }
-
-  bool blocks(const Faces& f, const Vec3& n) {
-    // A solid must not be pushed into.
-    const bool into_a = m_.a.solid && n.dot(f.normal_a) < -carries_patch,
-               into_b = m_.b.solid && n.dot(f.normal_b) > carries_patch;
-    if (!into_a && !into_b) return overlap(f, n) > slack_;
-    by_side_ = by_side_ || overlap(f, n) <= slack_;
-    return true;
-  }
-
-  // Takes the direction if it separates them and none did before. The face that blocked the one before is tried first:
-  // with many triangles hardly any direction is tested against more than a few.
-  void consider(const Vec3& n) {
-    if (separable_ || n.norm() < 0.5 || blocks(faces_[blocking_], n)) return;
-    for (std::size_t k = 0; k < faces_.size(); ++k) {
-      if (k % at_once == 0) meter_.spend(2);
-      if (blocks(faces_[k], n)) {
-        blocking_ = k;
-        return;
-      }
-    }
-    n_ = n;
-    separable_ = true;
-  }
-
-  double deepest_along(const Vec3& n) {
-    double most = 0;
-    for (std::size_t k = 0; k < faces_.size(); ++k) {
-      if (k % at_once == 0) meter_.spend(2);
-      most = std::max(most, overlap(faces_[k], n));
-    }
-    return most;
   }
 
   struct Reach {
@@ -228,8 +181,8 @@ class Touching {
 
   List<Inner> nearest_inside(const Vec3& p) {
     constexpr int of_test = 16;
-    List<Component> order(faces_.get_allocator());
-    List<Inner> nearest(faces_.get_allocator());
+    List<Component> order(memory_);
+    List<Inner> nearest(memory_);
     for (const bool of_a : {true, false}) {
       std::uint32_t number = 0;
       for (const MeshModel::Component& component : m_.mesh(of_a).components(m_.limit)) {
@@ -308,38 +261,6 @@ class Touching {
     return length;
   }
 
-  void find_separating_direction() {
-    for (std::size_t k = 0; k < faces_.size(); ++k) {
-      if (k % at_once == 0) meter_.spend();
-      sides_ += faces_[k].normal_a - faces_[k].normal_b;
-    }
-    sides_ = sides_.stableNormalized();
-    if (!faces_.empty()) consider(sides_);
-    for (std::size_t k = 0; k < faces_.size() && !separable_; ++k) {
-      consider(faces_[k].normal_a);
-      consider(-faces_[k].normal_b);
-    }
-    for (std::size_t k = 0; k < std::min(faces_.size(), crossed_faces) && !separable_; ++k)
-      for (std::size_t edges = 0; edges < 9; ++edges) {
-        const auto edge = [](const std::array<Vec3, 3>& t, std::size_t e) { return t[(e + 1) % 3] - t[e]; };
-        const Vec3 n = edge(faces_[k].a, edges / 3).cross(edge(faces_[k].b, edges % 3)).stableNormalized();
-        consider(n), consider(-n);
-      }
-  }
-
-  // Their normals do not count. False if there are none.
-  bool leave_out_folded(Memory memory) {
-    const FoldedTriangles of_a(m_.a, met_, 0, meter_, memory), of_b(m_.b, met_, 1, meter_, memory);
-    if (of_a.empty() && of_b.empty()) return false;
-    for (std::size_t k = 0; k < faces_.size(); ++k) {
-      if (of_a.contain(pairs_[k][0])) faces_[k].normal_a.setZero();
-      if (of_b.contain(pairs_[k][1])) faces_[k].normal_b.setZero();
-    }
-    sides_.setZero();
-    separable_ = false;
-    return true;
-  }
-
   void take_direction_of_hulls() {
     double least = std::numeric_limits<double>::infinity();
     const auto consider_hulls = [&](const Vec3& n) {
@@ -347,28 +268,24 @@ class Touching {
       const Reach r = reach_of_hulls(n);
       if (const double depth = r.high - r.low; depth < least - slack_) least = depth, n_ = n;
     };
-    consider_hulls(sides_);
+    consider_hulls(faces_.sides());
     consider_hulls((m_.frame.in_a(m_.b.centre) - m_.a.centre).stableNormalized());
     for (int k = 0; k < 3; ++k)
       for (const double s : {1.0, -1.0}) {
         consider_hulls(s * Vec3::Unit(k));
         consider_hulls(s * m_.frame.map().col(k).normalized());
       }
-    depth_ = faces_.empty() ? std::max(least, 0.0) : deepest_along(n_);
+    depth_ = faces_.size() == 0 ? std::max(least, 0.0) : faces_.deepest_along(n_);
   }
 
   const PosedMeshes& m_;
   const std::span<const TrianglePair> met_;  // they intersect; sorted
-  List<TrianglePair> pairs_;                 // those and near ones
   const double slack_;                       // distance that counts as touching
   WorkMeter meter_;
-  List<Faces> faces_;
-  Vec3 sides_ = Vec3::Zero();  // the mean direction of the triangles' normals, A's minus B's; unit
-  Vec3 n_ = Vec3::UnitZ();
-  bool separable_ = false;
-  bool by_side_ = false;      // a direction was blocked by nothing but the side of a face
-  std::size_t blocking_ = 0;  // the face that blocked
-  double depth_ = 0;          // of the intersecting triangles, along n
+  const Memory memory_;
+  TouchingFaces faces_;  // those that intersect and near ones
+  Vec3 n_;
+  double depth_;  // of the intersecting triangles, along n
 };
 
 }  // namespace

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "meshes/traversal/meeting_pairs.h"
+#include "meshes/traversal/triangle_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/work_meter.h"
 

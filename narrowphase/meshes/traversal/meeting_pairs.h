@@ -8,6 +8,7 @@
 #include <memory_resource>
 #include <vector>
 
+#include "meshes/traversal/triangle_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/posed_mesh.h"
 #include "tandem/narrowphase/options.h"
@@ -17,7 +18,6 @@
 
 namespace tandem {
 
-using TrianglePair = std::array<std::uint32_t, 2>;  ///< of A, of B
 using TrianglePairs = std::pmr::vector<TrianglePair>;
 
 /// Memory for the pairs of a typical query is on the stack; `more` is the resource for the rest.

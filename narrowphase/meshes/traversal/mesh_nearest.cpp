@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
 #include <limits>
+#include <memory_resource>
 
 #include "convex/triangle_height.h"
 #include "meshes/traversal/hierarchy.h"
 #include "pairs/convex_pair.h"
+#include "shapes/lent_memory.h"
 #include "shapes/mesh_model.h"
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
@@ -134,6 +137,16 @@ Vec3 direction_between(const Nearest& near, const FaceOf& a, const FaceOf& b, do
   return unit(near.on_b - near.on_a, near.distance);
 }
 
+double rounding_of_corners(const MeshModel& a, const MeshModel& b, const Vec3& between) {
+  return tolerance::place_rounding * (reach(a) + reach(b) + between.lpNorm<1>());
+}
+
+Vec3 direction_of(TouchingFaces& near, double gap, double rounding, const Vec3& own) {
+  // The direction of so short a gap is rounded itself.
+  const Vec3 first = gap > rounding ? own : Vec3(Vec3::Zero());
+  return near.separate(first) ? near.direction() : own;
+}
+
 NearestSearch::NearestSearch(const Posed& a, const Posed& b, const WorkLimit* limit)
     : a_(mesh_of(a.shape)),
       b_(mesh_of(b.shape)),
@@ -143,8 +156,8 @@ NearestSearch::NearestSearch(const Posed& a, const Posed& b, const WorkLimit* li
       a_by_b_(view_of(a_, b_, turn_b_.transpose() * turn_a_, -(turn_b_.transpose() * between_))),
       b_by_a_(view_of(b_, a_, turn_a_.transpose() * turn_b_, turn_a_.transpose() * between_)),
       // If the rotations are not orthonormal, boxes may be nearer than they seem.
-      slack_((12 * (skewness(turn_a_) + skewness(turn_b_)) + tolerance::place_rounding) *
-             (reach(a_) + reach(b_) + between_.lpNorm<1>())),
+      rounding_(rounding_of_corners(a_, b_, between_)),
+      slack_(12 * (skewness(turn_a_) + skewness(turn_b_)) * (reach(a_) + reach(b_) + between_.lpNorm<1>()) + rounding_),
       meter_(limit) {}
 
 Nearest NearestSearch::operator()(double cutoff) {
@@ -249,7 +262,7 @@ bool NearestSearch::each_within(double within, const Meet& meet, const Visit& vi
       continue;
     }
     if (is_leaf(a_, at.a) && is_leaf(b_, at.b)) {
-      const std::array<std::uint32_t, 2> pair{leaf_triangle(a_, at.a), leaf_triangle(b_, at.b)};
+      const TrianglePair pair{leaf_triangle(a_, at.a), leaf_triangle(b_, at.b)};
       Nearest nearest;
       if (meet(pair[0], pair[1])) {
         nearest.distance = 0;
@@ -282,7 +295,7 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
   Nearest found;
   found.leave_out_beyond(best_.distance);
   triangles_nearest(p, q, found);
-  const std::array<std::uint32_t, 2> pair{i, j};
+  const TrianglePair pair{i, j};
   if (!(found.distance < best_.distance || (found.distance == best_.distance && pair < nearest_))) return;
   best_ = found;
   nearest_ = pair;
@@ -292,9 +305,20 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
   normal_b_ = turn_b_.transpose() * normal_;
 }
 
-Vec3 NearestSearch::normal(const NarrowPhaseOptions& options) const {
-  return direction_between(best_, {a_.corners(nearest_[0]), {turn_a_, Vec3::Zero()}, a_.solid},
-                           {b_.corners(nearest_[1]), {turn_b_, between_}, b_.solid}, reach(a_) + reach(b_), options);
+Vec3 NearestSearch::normal(const NarrowPhaseOptions& options) {
+  const double reach_of_both = reach(a_) + reach(b_), gap = best_.distance;
+  const Vec3 own = direction_between(best_, {a_.corners(nearest_[0]), {turn_a_, Vec3::Zero()}, a_.solid},
+                                     {b_.corners(nearest_[1]), {turn_b_, between_}, b_.solid}, reach_of_both, options);
+  if (gap > tolerance::noisy_difference * reach_of_both) return own;
+  alignas(std::max_align_t) std::array<std::byte, std::size_t{16} << 10> usual;
+  std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size(), lent_memory(options));
+  TouchingFaces near(a_, b_, gap, rounding_, meter_, &memory);
+  const auto add = [&](const TrianglePair& pair, const Nearest&) {
+    near.add(pair, placed_of_a(pair[0]).corner, placed_of_b(pair[1]).corner);
+    return near.size() < most_touching;
+  };
+  each_within(gap + rounding_, [](std::uint32_t, std::uint32_t) { return false; }, add, {});
+  return direction_of(near, gap, rounding_, own);
 }
 
 }  // namespace tandem

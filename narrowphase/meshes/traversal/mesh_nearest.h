@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <new>
@@ -10,6 +11,8 @@
 
 #include "meshes/traversal/hierarchy.h"
 #include "meshes/traversal/nearest_kernel.h"
+#include "meshes/traversal/touching_faces.h"
+#include "meshes/traversal/triangle_pair.h"
 #include "shapes/posed_mesh.h"
 #include "shapes/work_meter.h"
 #include "tandem/narrowphase/options.h"
@@ -75,6 +78,16 @@ struct FaceOf {
 Vec3 direction_between(const Nearest& near, const FaceOf& a, const FaceOf& b, double reach,
                        const NarrowPhaseOptions& options);
 
+/// The error of corners of both, metres.
+double rounding_of_corners(const MeshModel& a, const MeshModel& b, const Vec3& between);
+
+/// Pairs of triangles of which the direction is found together: so many at most, of more the first.
+inline constexpr std::size_t most_touching = std::size_t{1} << 14;
+
+/// The direction that separates all pairs of triangles that are as near as the nearest to `rounding`, if there is one;
+/// else `own`, that between the nearest.
+Vec3 direction_of(TouchingFaces& near, double gap, double rounding, const Vec3& own);
+
 /// The nearest points of surfaces that do not intersect, by branch and bound; relative to A's translation, in world
 /// axes.
 class NearestSearch {
@@ -89,13 +102,13 @@ class NearestSearch {
   /// empty, gets the fraction done, increasing. `leave_out`, if not empty: selects pairs of places that are skipped
   /// with all below them.
   using Meet = std::function<bool(std::uint32_t, std::uint32_t)>;
-  using Visit = std::function<bool(const std::array<std::uint32_t, 2>&, const Nearest&)>;
+  using Visit = std::function<bool(const TrianglePair&, const Nearest&)>;
   using LeaveOut = std::function<bool(const Item&)>;
   bool each_within(double within, const Meet& meet, const Visit& visit, const std::function<void(double)>& progress,
                    const LeaveOut& leave_out = {});
 
-  /// The direction_between the result's points in world axes.
-  Vec3 normal(const NarrowPhaseOptions& options) const;
+  /// The direction from A to B at the result's points, in world axes (`direction_of`).
+  Vec3 normal(const NarrowPhaseOptions& options);
 
  private:
   bool goes_down_a(const Item& at) const;
@@ -136,10 +149,10 @@ class NearestSearch {
   const MeshView a_by_b_, b_by_a_;
   SeenVolume seen_a_{a_by_b_}, seen_b_{b_by_a_};
   LastTriangle last_a_, last_b_;
-  const double slack_;  ///< of the bounds, metres
+  const double rounding_, slack_;  ///< of corners, of the bounds; metres
   WorkMeter meter_;
   Nearest best_;
-  std::array<std::uint32_t, 2> nearest_{};  ///< the triangles of `best_`, of A and of B
+  TrianglePair nearest_{};  ///< the triangles of `best_`, of A and of B
   /// From A to B, unit, once there is a pair: in world axes, A's and B's.
   Vec3 normal_ = Vec3::Zero(), normal_a_ = Vec3::Zero(), normal_b_ = Vec3::Zero();
 };
