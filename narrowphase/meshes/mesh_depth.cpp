@@ -149,7 +149,7 @@ Vec3 point_of_last_touch(const Posed& a, const Posed& b, const Separation& known
 bool only_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs, double slack, double certain,
                 const NarrowPhaseOptions& options, PairAnswer& answer) {
   if (pairs.empty()) return false;
-  const auto by = separating_translation(a, b, pairs, slack, options);
+  const auto by = separating_translation(a, b, pairs, certain, slack, options);
   if (!by) return false;
   const double length = by->norm();
   answer = {};
@@ -185,14 +185,18 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
   constexpr std::size_t small_meshes = std::size_t{1} << 18;  // product of the numbers of triangles
   const Separation bound = pairs.empty() ? bound_by_surface(a, b, options) : bound_by_triangles(a, b, pairs, options);
   OverlappingMeshes overlap(a, b, pairs, options);
-  if (overlap.is_free((bound.certain + overlap.enough) * bound.normal)) {
+  // Of those that only touch a single pair of triangles may have any direction.
+  PairAnswer touch;
+  const bool touching = only_touch(a, b, pairs, overlap.enough, bound.certain, options, touch);
+  const Vec3& out = touching && touch.status == Status::ok ? touch.normal : bound.normal;
+  if (overlap.is_free((bound.certain + overlap.enough) * out)) {
     PairAnswer answer;
     answer.collide = true;
     answer.signed_distance = -bound.certain;
-    answer.normal = bound.normal;
+    answer.normal = out;
     return with_points(answer, bound.point);
   }
-  if (PairAnswer answer; only_touch(a, b, pairs, overlap.enough, bound.certain, options, answer)) return answer;
+  if (touching) return touch;
   SeparationSearch search(overlap, {.certain = bound.certain});
   Separation& known = search.known;
   search.beyond_obstacles();

@@ -416,3 +416,33 @@ TEST_CASE("mesh depth: triangles that are also there with the opposite orientati
     check_pushed_up(Shape{slab}, Shape{body}, Pose::at(x, r.in(-0.7, 0.7), 0.25));
   }
 }
+
+// Rounding decides which triangles intersect: those of one face alone would let the box slide along the other.
+TEST_CASE("mesh depth: a box flush in the corner of a concave solid leaves both faces, not along one") {
+  reference::Random r(14);
+  const Shape iron{angle_iron(2, 0.3, 1)};
+  int touching = 0;
+  for (int i = 0; i < 300; ++i) {
+    const Vec3 half = r.vec(0.3, 0.5);
+    const Shape box{box_mesh(2 * half, 1 + i % 3)};
+    const Pose at_iron{r.rotation(), r.vec(-2, 2)};
+    // The tops in one plane, or not.
+    const double z = i % 2 == 0 ? r.in(-0.3, 0.3) : 1 - half.z();
+    const Pose at{at_iron.rotation, at_iron * Vec3(0.3 + half.x(), 0.3 + half.y(), z)};
+    const PairAnswer distance = NarrowPhase().solve(iron, at_iron, box, at, Request::distance);
+    if (!distance.collide) continue;
+    ++touching;
+    CAPTURE(i, distance.signed_distance, distance.error_bound);
+    CHECK(distance.status == Status::ok);
+    CHECK(std::abs(distance.signed_distance) < 1e-12);
+    const Vec3 out = at_iron.rotation.transpose() * distance.normal;
+    CHECK(out.x() > -1e-9);
+    CHECK(out.y() > -1e-9);
+    CHECK(std::abs(out.z()) < 1e-9);
+    for (const double far : {1e-10, 1e-6, 1e-3}) {
+      const Pose moved{at.rotation, at.translation + (far - distance.signed_distance) * distance.normal};
+      CHECK_FALSE(NarrowPhase().solve(iron, at_iron, box, moved, Request::collide).collide);
+    }
+  }
+  CHECK(touching > 150);
+}

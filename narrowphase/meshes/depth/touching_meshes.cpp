@@ -8,11 +8,12 @@
 
 #include "convex/triangle_height.h"
 #include "meshes/depth/least_translation.h"
-#include "meshes/traversal/folded_triangles.h"
+#include "meshes/traversal/mesh_nearest.h"
+#include "meshes/traversal/touching_faces.h"
 #include "pairs/convex_pair.h"
+#include "shapes/lent_memory.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
-#include "shapes/unit_vector.h"
 #include "shapes/work_meter.h"
 #include "tolerances.h"
 
@@ -29,31 +30,50 @@ constexpr double apart_already = 1.0 / 8;    // over a step: triangles that it h
 class TouchingMeshes {
  public:
   TouchingMeshes(const Posed& a, const Posed& b, double slack, const NarrowPhaseOptions& options)
-      : a_(a), b_(b), step_(step_of(b, slack)), options_(options), meter_(options.limit) {}
+      : a_(a),
+        b_(b),
+        step_(step_of(b, slack)),
+        options_(options),
+        meter_(options.limit),
+        touching_(mesh_of(a.shape), mesh_of(b.shape), 0, step_, meter_, lent_memory(options)) {}
 
   // Does no pair overlap, of many some? A translation is tried in any case: this saves most of those in vain.
-  bool seem_to_touch(std::span<const TrianglePair> pairs) {
+  bool seem_to_touch(std::span<const TrianglePair> pairs, double certain) {
     constexpr std::size_t most = 256;
     const double deepest = 2 * step_;
+    if (certain > deepest) return false;
     for (std::size_t k = 0; k < pairs.size(); k += 1 + pairs.size() / most)
       if (overlap(pairs[k], Vec3::Zero()).signed_distance < -deepest) return false;
     return true;
   }
 
-  // Their normals do not count.
-  void leave_out_folded(std::span<const TrianglePair> pairs) {
-    folded_a_.emplace(mesh_of(a_.shape), pairs, 0, meter_, std::pmr::get_default_resource());
-    folded_b_.emplace(mesh_of(b_.shape), pairs, 1, meter_, std::pmr::get_default_resource());
+  // Takes pairs that intersect, and those between which rounding leaves a gap.
+  void add_touching(std::span<const TrianglePair> pairs) {
+    for (const TrianglePair& pair : pairs.first(std::min(pairs.size(), most_touching))) add_touching(pair);
+    const auto meet = [&](std::uint32_t i, std::uint32_t j) {
+      return std::binary_search(pairs.begin(), pairs.end(), TrianglePair{i, j});
+    };
+    const auto visit = [&](const TrianglePair& pair, const Nearest& near) {
+      if (near.distance > 0) add_touching(pair);
+      return touching_.size() < 2 * most_touching;
+    };
+    NearestSearch(a_, b_, options_.limit).each_within(step_, meet, visit, {});
   }
 
-  // The sum of the normals of A's triangles that meet less that of B's.
-  Vec3 sum_of_normals(std::span<const TrianglePair> pairs) {
-    Vec3 sum = Vec3::Zero();
-    for (const TrianglePair& pair : pairs) {
+  // The direction that separates them all, if there is one.
+  bool separate() { return touching_.separate(Vec3::Zero()); }
+  const Vec3& direction() const { return touching_.direction(); }
+  // Unit, or zero.
+  const Vec3& mean_of_normals() const { return touching_.sides(); }
+
+  // A translation has to lead beyond the faces that lie on each other. False if none do.
+  bool add_flush_planes() {
+    touching_.leave_out_folded();
+    for (std::size_t k = 0; k < touching_.size(); ++k) {
       meter_.spend();
-      sum += normal_of_a(pair[0]) - normal_of_b(pair[1]);
+      add(touching_.way_off(k));
     }
-    return sum;
+    return !planes_.empty();
   }
 
   bool is_free(const Vec3& by) const {
@@ -78,7 +98,7 @@ class TouchingMeshes {
       for (const TrianglePair& pair : pairs) {
         const PairAnswer r = overlap(pair, at);
         if ((r.signed_distance < -apart_already * step_) != sunk) continue;
-        const Vec3 n = normal_of_a(pair[0]), m = normal_of_b(pair[1]);
+        const Vec3 n = normal(a_, pair[0]), m = normal(b_, pair[1]);
         // Of faces that slide on each other rounding tells the way out.
         if (sunk)
           add(r.normal);
@@ -92,9 +112,6 @@ class TouchingMeshes {
 
   void forget_planes() { planes_.clear(); }
 
-  // By how much B's pose changes where it is moved: far out, its translation is rounded.
-  Vec3 real(const Vec3& by) const { return moved(by).translation - b_.pose.translation; }
-
   // Beyond them all; false where there is no such translation, or only longer ones than a touch has.
   bool shortest(Vec3& at) const {
     return shortest_feasible(planes_, apart_already * step_, at) && at.norm() <= longest * step_;
@@ -104,7 +121,7 @@ class TouchingMeshes {
   // A translation that is free, from `at` on by the planes between what still meets there.
   std::optional<Vec3> free_beyond(Vec3 at) {
     for (int i = 0; i < rounds; ++i) {
-      if (is_free(at)) return real(at);
+      if (is_free(at)) return at;
       if (!add_planes(at) || !shortest(at)) break;
     }
     return std::nullopt;
@@ -124,9 +141,15 @@ class TouchingMeshes {
     return solve_convex(TriangleView(p), a_.pose, TriangleView(q), moved(at), Request::distance, {}, nullptr);
   }
 
-  // Unit, in the world; zero without area or outside.
-  Vec3 normal_of_a(std::uint32_t t) const { return folded_a_->contain(t) ? Vec3(Vec3::Zero()) : normal(a_, t); }
-  Vec3 normal_of_b(std::uint32_t t) const { return folded_b_->contain(t) ? Vec3(Vec3::Zero()) : normal(b_, t); }
+  void add_touching(const TrianglePair& pair) {
+    meter_.spend();
+    Corners p = mesh_of(a_.shape).corners(pair[0]), q = mesh_of(b_.shape).corners(pair[1]);
+    for (Vec3& v : p) v = a_.pose.rotation * v;
+    for (Vec3& v : q) v = moved(Vec3::Zero()) * v;
+    touching_.add(pair, p, q);
+  }
+
+  // Unit, in the world; zero without area.
   static Vec3 normal(const Posed& mesh, std::uint32_t t) {
     return mesh.pose.rotation * area_vector(mesh_of(mesh.shape).corners(t)).stableNormalized();
   }
@@ -140,26 +163,27 @@ class TouchingMeshes {
   const double step_;  // of a translation beyond each plane
   const NarrowPhaseOptions& options_;
   WorkMeter meter_;
-  std::optional<FoldedTriangles> folded_a_, folded_b_;
+  TouchingFaces touching_;
   std::vector<Constraint> planes_;
 };
 
 }  // namespace
 
 std::optional<Vec3> separating_translation(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
-                                           double slack, const NarrowPhaseOptions& options) {
-  constexpr std::size_t most = 256;
+                                           double certain, double slack, const NarrowPhaseOptions& options) {
   TouchingMeshes meshes(a, b, slack, options);
-  if (!meshes.seem_to_touch(pairs)) return std::nullopt;
-  meshes.leave_out_folded(pairs);
-  // Beyond the faces that lie on each other, else along the mean of the normals.
-  if (Vec3 at = Vec3::Zero(); meshes.add_planes(pairs.first(std::min(most, pairs.size())), at) && meshes.shortest(at))
-    if (const auto by = meshes.free_beyond(at)) return by;
-  const Vec3 sides = meshes.sum_of_normals(pairs);
-  const double length = sides.stableNorm();
-  if (!(length > 0)) return std::nullopt;
+  if (!meshes.seem_to_touch(pairs, certain)) return std::nullopt;
+  meshes.add_touching(pairs);
+  // Along the direction that separates all that touches, else beyond the faces that lie on each other, else along the
+  // mean of the normals.
+  if (meshes.separate())
+    if (const auto by = meshes.free_beyond(meshes.step_along(meshes.direction()))) return by;
   meshes.forget_planes();
-  return meshes.free_beyond(meshes.step_along(unit(sides, length)));
+  if (Vec3 at; meshes.add_flush_planes() && meshes.shortest(at))
+    if (const auto by = meshes.free_beyond(at)) return by;
+  meshes.forget_planes();
+  if (meshes.mean_of_normals().norm() < 0.5) return std::nullopt;
+  return meshes.free_beyond(meshes.step_along(meshes.mean_of_normals()));
 }
 
 }  // namespace tandem

@@ -2,16 +2,29 @@
 #include "meshes/traversal/touching_faces.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "manifold/patch_point.h"
 #include "meshes/traversal/folded_triangles.h"
 #include "shapes/shape_insides.h"
+#include "tolerances.h"
 
 namespace tandem {
 namespace {
 
 // Pairs of touching triangles whose edge cross products are tried as directions.
 constexpr std::size_t crossed_faces = 16;
+
+// Of two triangles in one plane with this normal: do they overlap by more than `slack` along each side's normal?
+bool overlap_in_plane(const Corners& p, const Corners& q, const Vec3& n, double slack) {
+  for (const auto& [own, other] : {std::pair{&p, &q}, std::pair{&q, &p}})
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Vec3 side = (*own)[(i + 1) % 3] - (*own)[i], across = n.cross(side).stableNormalized();
+      const Vec3 inward = across.dot((*own)[(i + 2) % 3] - (*own)[i]) < 0 ? Vec3(-across) : across;
+      if (!(most_along(inward, *other) - inward.dot((*own)[i]) > slack)) return false;
+    }
+  return true;
+}
 
 }  // namespace
 
@@ -86,7 +99,6 @@ bool TouchingFaces::blocks(const Faces& f, const Vec3& n) {
   return into_a || into_b || overlaps;
 }
 
-// Their normals do not count. False if there are none.
 bool TouchingFaces::leave_out_folded() {
   std::pmr::memory_resource* const memory = faces_.get_allocator().resource();
   const FoldedTriangles of_a(a_, pairs_, 0, meter_, memory), of_b(b_, pairs_, 1, meter_, memory);
@@ -96,6 +108,15 @@ bool TouchingFaces::leave_out_folded() {
     if (of_b.contain(pairs_[k][1])) faces_[k].normal_b.setZero();
   }
   return true;
+}
+
+Vec3 TouchingFaces::way_off(std::size_t k) const {
+  const Faces& f = faces_[k];
+  const double cosine = f.normal_a.dot(f.normal_b);
+  // The orientation of a surface without an inside means nothing.
+  const bool flush = cosine < -tolerance::flush_face || (a_.solid != b_.solid && cosine > tolerance::flush_face);
+  if (!flush || !overlap_in_plane(f.a, f.b, f.normal_a, slack_)) return Vec3::Zero();
+  return b_.solid && !a_.solid ? Vec3(-f.normal_b) : f.normal_a;
 }
 
 }  // namespace tandem

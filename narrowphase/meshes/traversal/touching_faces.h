@@ -51,13 +51,18 @@ class TouchingFaces {
   /// The most of all pairs, at least 0.
   double deepest_along(const Vec3& n);
 
+  /// The triangles that others cancel have no normal afterwards. False if there are none.
+  bool leave_out_folded();
+
+  /// For a pair that lies on each other, over an area: the normal along which B leaves A; else zero.
+  Vec3 way_off(std::size_t k) const;
+
  private:
   static constexpr std::size_t at_once = 16;  // triangles between two counts of work
 
   void search(const Vec3& first);
   void consider(const Vec3& n);
   bool blocks(const Faces& f, const Vec3& n);
-  bool leave_out_folded();
 
   const MeshModel &a_, &b_;
   const double gap_, slack_;
