@@ -430,8 +430,7 @@ TEST_CASE("mesh depth: a box flush in the corner of a concave solid leaves both 
     const double z = i % 2 == 0 ? r.in(-0.3, 0.3) : 1 - half.z();
     const Pose at{at_iron.rotation, at_iron * Vec3(0.3 + half.x(), 0.3 + half.y(), z)};
     const PairAnswer distance = NarrowPhase().solve(iron, at_iron, box, at, Request::distance);
-    if (!distance.collide) continue;
-    ++touching;
+    touching += distance.collide ? 1 : 0;
     CAPTURE(i, distance.signed_distance, distance.error_bound);
     CHECK(distance.status == Status::ok);
     CHECK(std::abs(distance.signed_distance) < 1e-12);

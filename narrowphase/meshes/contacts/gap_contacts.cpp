@@ -142,7 +142,7 @@ class GapContacts {
     const bool together = near.separable();
     for (Near& t : touching_) {
       const bool is_nearest = together && t.points.distance <= gap + rounding;
-      t.normal = is_nearest ? nearest_.normal : direction(t.pair, t.points);
+      t.normal = is_nearest ? nearest_.normal : near.normal_near(direction(t.pair, t.points));
       add(t);
     }
   }

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-#include "meshes/depth/least_translation.h"
+#include "meshes/traversal/least_translation.h"
 #include "tandem/narrowphase/answer.h"
 #include "tolerances.h"
 

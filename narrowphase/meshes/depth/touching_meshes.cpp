@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "convex/triangle_height.h"
-#include "meshes/depth/least_translation.h"
+#include "meshes/traversal/least_translation.h"
 #include "meshes/traversal/mesh_nearest.h"
 #include "meshes/traversal/touching_faces.h"
 #include "pairs/convex_pair.h"
@@ -66,15 +66,8 @@ class TouchingMeshes {
   // Unit, or zero.
   const Vec3& mean_of_normals() const { return touching_.sides(); }
 
-  // A translation has to lead beyond the faces that lie on each other. False if none do.
-  bool add_flush_planes() {
-    touching_.leave_out_folded();
-    for (std::size_t k = 0; k < touching_.size(); ++k) {
-      meter_.spend();
-      add(touching_.way_off(k));
-    }
-    return !planes_.empty();
-  }
+  // Off the faces that are touched inside.
+  bool leave_faces(Vec3& at) { return touching_.leave_faces(step_, at) && at.norm() <= longest * step_; }
 
   bool is_free(const Vec3& by) const {
     return !meshes_collide(a_, {b_.shape, moved(by)}, options_.limit) &&
@@ -174,12 +167,12 @@ std::optional<Vec3> separating_translation(const Posed& a, const Posed& b, std::
   TouchingMeshes meshes(a, b, slack, options);
   if (!meshes.seem_to_touch(pairs, certain)) return std::nullopt;
   meshes.add_touching(pairs);
-  // Along the direction that separates all that touches, else beyond the faces that lie on each other, else along the
+  // Along the direction that separates all that touches, else off the faces touched inside, else along the
   // mean of the normals.
   if (meshes.separate())
     if (const auto by = meshes.free_beyond(meshes.step_along(meshes.direction()))) return by;
   meshes.forget_planes();
-  if (Vec3 at; meshes.add_flush_planes() && meshes.shortest(at))
+  if (Vec3 at; meshes.leave_faces(at))
     if (const auto by = meshes.free_beyond(at)) return by;
   meshes.forget_planes();
   if (meshes.mean_of_normals().norm() < 0.5) return std::nullopt;

@@ -144,7 +144,9 @@ double rounding_of_corners(const MeshModel& a, const MeshModel& b, const Vec3& b
 Vec3 direction_of(TouchingFaces& near, double gap, double rounding, const Vec3& own) {
   // The direction of so short a gap is rounded itself.
   const Vec3 first = gap > rounding ? own : Vec3(Vec3::Zero());
-  return near.separate(first) ? near.direction() : own;
+  if (near.separate(first)) return near.direction();
+  if (Vec3 off; !(gap > rounding) && near.leave_faces(rounding, off)) return unit(off, off.norm());
+  return near.normal_near(own);
 }
 
 NearestSearch::NearestSearch(const Posed& a, const Posed& b, const WorkLimit* limit)

@@ -2,10 +2,15 @@
 #include "meshes/traversal/touching_faces.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "manifold/patch_point.h"
 #include "meshes/traversal/folded_triangles.h"
+#include "meshes/traversal/least_translation.h"
 #include "shapes/shape_insides.h"
 #include "tolerances.h"
 
@@ -15,14 +20,28 @@ namespace {
 // Pairs of touching triangles whose edge cross products are tried as directions.
 constexpr std::size_t crossed_faces = 16;
 
-// Of two triangles in one plane with this normal: do they overlap by more than `slack` along each side's normal?
-bool overlap_in_plane(const Corners& p, const Corners& q, const Vec3& n, double slack) {
-  for (const auto& [own, other] : {std::pair{&p, &q}, std::pair{&q, &p}})
-    for (std::size_t i = 0; i < 3; ++i) {
-      const Vec3 side = (*own)[(i + 1) % 3] - (*own)[i], across = n.cross(side).stableNormalized();
-      const Vec3 inward = across.dot((*own)[(i + 2) % 3] - (*own)[i]) < 0 ? Vec3(-across) : across;
-      if (!(most_along(inward, *other) - inward.dot((*own)[i]) > slack)) return false;
+double most_of(const Vec3& n, std::span<const Vec3> points) {
+  double most = -infinity;
+  for (const Vec3& p : points) most = std::max(most, n.dot(p));
+  return most;
+}
+
+// Of a triangle and the points of another one in its plane, with this normal: do they overlap by more than `slack`
+// along the normals of all sides?
+bool overlap_in_plane(const Corners& face, std::span<const Vec3> points, const Vec3& n, double slack) {
+  const auto across = [&](const Vec3& side) { return n.cross(side).stableNormalized(); };
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec3 inward = across(face[(i + 1) % 3] - face[i]);
+    if (!(most_of(inward, points) - inward.dot(face[i]) > slack)) return false;
+  }
+  for (std::size_t i = 0; points.size() > 1 && i < points.size(); ++i) {
+    const Vec3 to_side = across(points[(i + 1) % points.size()] - points[i]);
+    // Of an edge both sides are the outer one.
+    for (const Vec3& inward : {to_side, Vec3(-to_side)}) {
+      const bool outer = points.size() == 3 && inward.dot(points[(i + 2) % 3] - points[i]) < 0;
+      if (!outer && !(most_along(inward, face) - inward.dot(points[i]) > slack)) return false;
     }
+  }
   return true;
 }
 
@@ -110,13 +129,62 @@ bool TouchingFaces::leave_out_folded() {
   return true;
 }
 
-Vec3 TouchingFaces::way_off(std::size_t k) const {
-  const Faces& f = faces_[k];
-  const double cosine = f.normal_a.dot(f.normal_b);
+// The normal along which the other triangle leaves the inside of a face, which it touches with a corner, an edge or
+// over an area; else zero.
+Vec3 TouchingFaces::off_face(const Corners& face, const Vec3& n, bool solid, const Corners& other, const Vec3& m,
+                             bool other_solid) const {
+  const double near = gap_ + slack_;
+  std::array<Vec3, 3> on;
+  std::size_t count = 0;
+  double above = 0, below = 0;
+  for (const Vec3& v : other) {
+    const double height = n.dot(v - face[0]);
+    if (std::abs(height) <= near)
+      on[count++] = v;
+    else
+      (height > 0 ? above : below) += height;
+  }
+  const bool crosses = above > 0 && below < 0;
+  if (n.isZero(0) || count == 0 || crosses || !overlap_in_plane(face, std::span(on).first(count), n, slack_))
+    return Vec3::Zero();
   // The orientation of a surface without an inside means nothing.
-  const bool flush = cosine < -tolerance::flush_face || (a_.solid != b_.solid && cosine > tolerance::flush_face);
-  if (!flush || !overlap_in_plane(f.a, f.b, f.normal_a, slack_)) return Vec3::Zero();
-  return b_.solid && !a_.solid ? Vec3(-f.normal_b) : f.normal_a;
+  const bool behind = count < 3 ? below < 0 : n.dot(m) > 0;
+  if (!behind) return n;
+  return solid || (count == 3 && !other_solid) ? Vec3(Vec3::Zero()) : Vec3(-n);
+}
+
+Vec3 TouchingFaces::way_off(const Faces& f) const {
+  const Vec3 n = off_face(f.a, f.normal_a, a_.solid, f.b, f.normal_b, b_.solid);
+  return n.isZero(0) ? Vec3(-off_face(f.b, f.normal_b, b_.solid, f.a, f.normal_a, a_.solid)) : n;
+}
+
+void TouchingFaces::find_ways_off() {
+  if (ways_known_) return;
+  ways_known_ = true;
+  leave_out_folded();
+  for (const Faces& f : faces_) {
+    meter_.spend();
+    const Vec3 n = way_off(f);
+    const auto is_n = [&](const Vec3& known) { return known.dot(n) > tolerance::flush_face; };
+    if (n.norm() > 0.5 && std::none_of(ways_off_.begin(), ways_off_.end(), is_n)) ways_off_.push_back(n);
+  }
+}
+
+bool TouchingFaces::leave_faces(double step, Vec3& shortest) {
+  constexpr double precision = 1.0 / 8;  // over a step
+  find_ways_off();
+  std::vector<Constraint> beyond;
+  for (const Vec3& n : ways_off_) beyond.push_back({n, step});
+  return !beyond.empty() && shortest_feasible(beyond, precision * step, shortest);
+}
+
+Vec3 TouchingFaces::normal_near(const Vec3& n) {
+  find_ways_off();
+  Vec3 nearest = n;
+  double most = carries_patch;
+  for (const Vec3& flush : ways_off_)
+    if (const double cosine = flush.dot(n); cosine > most) most = cosine, nearest = flush;
+  return nearest;
 }
 
 }  // namespace tandem

@@ -26,7 +26,7 @@ class TouchingFaces {
   /// `gap`: the distance of the meshes, 0 if they intersect. `slack`: the distance that counts as touching. Metres.
   TouchingFaces(const MeshModel& a, const MeshModel& b, double gap, double slack, WorkMeter& meter,
                 std::pmr::memory_resource* memory)
-      : a_(a), b_(b), gap_(gap), slack_(slack), meter_(meter), pairs_(memory), faces_(memory) {}
+      : a_(a), b_(b), gap_(gap), slack_(slack), meter_(meter), pairs_(memory), faces_(memory), ways_off_(memory) {}
 
   void reserve(std::size_t pairs) { pairs_.reserve(pairs), faces_.reserve(pairs); }
   void add(const TrianglePair& pair, const Corners& a, const Corners& b);
@@ -51,11 +51,13 @@ class TouchingFaces {
   /// The most of all pairs, at least 0.
   double deepest_along(const Vec3& n);
 
-  /// The triangles that others cancel have no normal afterwards. False if there are none.
-  bool leave_out_folded();
+  /// Where no direction separates all, as in a corner: sets the shortest translation that leads `step` off each face
+  /// that a corner, an edge or a face of the other mesh touches inside; false if there are none, or no such
+  /// translation.
+  bool leave_faces(double step, Vec3& shortest);
 
-  /// For a pair that lies on each other, over an area: the normal along which B leaves A; else zero.
-  Vec3 way_off(std::size_t k) const;
+  /// The direction along which B leaves such a face, if one is `n` to rounding, else `n`.
+  Vec3 normal_near(const Vec3& n);
 
  private:
   static constexpr std::size_t at_once = 16;  // triangles between two counts of work
@@ -63,12 +65,19 @@ class TouchingFaces {
   void search(const Vec3& first);
   void consider(const Vec3& n);
   bool blocks(const Faces& f, const Vec3& n);
+  bool leave_out_folded();
+  Vec3 off_face(const Corners& face, const Vec3& n, bool solid, const Corners& other, const Vec3& m,
+                bool other_solid) const;
+  Vec3 way_off(const Faces& f) const;
+  void find_ways_off();
 
   const MeshModel &a_, &b_;
   const double gap_, slack_;
   WorkMeter& meter_;
   std::pmr::vector<TrianglePair> pairs_;
   std::pmr::vector<Faces> faces_;
+  std::pmr::vector<Vec3> ways_off_;  // normals of faces touched inside, from A to B; each once
+  bool ways_known_ = false;
   Vec3 sides_ = Vec3::Zero();
   Vec3 n_ = Vec3::UnitZ();
   bool separable_ = false;

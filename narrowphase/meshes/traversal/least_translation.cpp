@@ -1,5 +1,5 @@
 // The shortest translation that satisfies linear constraints.
-#include "meshes/depth/least_translation.h"
+#include "meshes/traversal/least_translation.h"
 
 #include <algorithm>
 #include <cmath>
