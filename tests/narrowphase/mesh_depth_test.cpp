@@ -445,3 +445,41 @@ TEST_CASE("mesh depth: a box flush in the corner of a concave solid leaves both 
   }
   CHECK(touching > 150);
 }
+
+namespace {
+
+// Does a small translation of the second of two solids of cubes, which only touch, lead into a cube of the first?
+bool leads_into(const Vec3& n, const Cells& a, const Cells& b, const std::array<int, 3>& by) {
+  for (const auto& p : a)
+    for (const auto& q : b) {
+      bool into = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const int d = q[k] + by[k] - p[k];
+        into = into && std::abs(d) <= 1 && (d == 0 || d * n[static_cast<Eigen::Index>(k)] < -1e-9);
+      }
+      if (into) return true;
+    }
+  return false;
+}
+
+}  // namespace
+
+TEST_CASE("mesh depth: solids of cubes that touch, rotated, leave each other, wherever else they touch") {
+  reference::Random r(15);
+  int touching = 0, apart = 0;
+  for (int i = 0; i < 3000; ++i) {
+    const Cells a = some_cells(r), b = some_cells(r);
+    const std::array<int, 3> by{r.below(5) - 2, r.below(5) - 2, r.below(5) - 2};
+    const Pose at_a{r.rotation(), r.vec(-3, 3)};
+    if (!touch(a, b, by)) continue;
+    ++touching;
+    CAPTURE(i);
+    const Pose at_b{at_a.rotation, at_a * Vec3(by[0], by[1], by[2])};
+    const PairAnswer distance = NarrowPhase().solve(voxel_mesh(a, 1), at_a, voxel_mesh(b, 1), at_b, Request::distance);
+    apart += distance.collide ? 0 : 1;
+    CHECK(std::abs(distance.signed_distance) < 1e-11);
+    CHECK_FALSE(leads_into(at_a.rotation.transpose() * distance.normal, a, b, by));
+  }
+  CHECK(touching > 1000);
+  CHECK(apart > 300);
+}

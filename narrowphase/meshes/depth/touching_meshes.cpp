@@ -60,15 +60,23 @@ class TouchingMeshes {
     NearestSearch(a_, b_, options_.limit).each_within(step_, meet, visit, {});
   }
 
-  // The direction that separates them all, if there is one.
-  bool separate() { return touching_.separate(Vec3::Zero()); }
-  const Vec3& direction() const { return touching_.direction(); }
-  // Unit, or zero.
-  const Vec3& mean_of_normals() const { return touching_.sides(); }
+  // Along the direction that separates all that touches, else off the faces that are touched inside, else along the
+  // mean of the normals.
+  std::optional<Vec3> separate() {
+    if (touching_.separate(Vec3::Zero()))
+      if (const auto by = free_beyond(step_ * touching_.direction())) return by;
+    for (const bool edges : {true, false}) {
+      Vec3 at;
+      planes_ = touching_.leave_faces(step_, edges, at);
+      if (planes_.empty() || at.norm() > longest * step_) continue;
+      if (const auto by = free_beyond(at)) return by;
+    }
+    planes_.clear();
+    if (touching_.sides().norm() < 0.5) return std::nullopt;
+    return free_beyond(step_ * touching_.sides());
+  }
 
-  // Off the faces that are touched inside.
-  bool leave_faces(Vec3& at) { return touching_.leave_faces(step_, at) && at.norm() <= longest * step_; }
-
+ private:
   bool is_free(const Vec3& by) const {
     return !meshes_collide(a_, {b_.shape, moved(by)}, options_.limit) &&
            !meshes_collide(a_, {b_.shape, moved(2 * by)}, options_.limit);
@@ -103,13 +111,10 @@ class TouchingMeshes {
     return false;
   }
 
-  void forget_planes() { planes_.clear(); }
-
   // Beyond them all; false where there is no such translation, or only longer ones than a touch has.
   bool shortest(Vec3& at) const {
     return shortest_feasible(planes_, apart_already * step_, at) && at.norm() <= longest * step_;
   }
-  Vec3 step_along(const Vec3& direction) const { return step_ * direction; }
 
   // A translation that is free, from `at` on by the planes between what still meets there.
   std::optional<Vec3> free_beyond(Vec3 at) {
@@ -120,7 +125,6 @@ class TouchingMeshes {
     return std::nullopt;
   }
 
- private:
   // Far out, what is no longer than the distance of two coordinates there would move nothing.
   static double step_of(const Posed& b, double slack) {
     return std::max(slack / 2, steps_of_coordinates * epsilon * b.pose.translation.cwiseAbs().maxCoeff());
@@ -147,9 +151,12 @@ class TouchingMeshes {
     return mesh.pose.rotation * area_vector(mesh_of(mesh.shape).corners(t)).stableNormalized();
   }
 
+  // Unless it contradicts the others: where two edges touch, each of two faces may lead off.
   void add(const Vec3& n) {
     const auto is_known = [&](const Constraint& plane) { return plane.normal.dot(n) > tolerance::flush_face; };
-    if (n.norm() > 0.5 && std::none_of(planes_.begin(), planes_.end(), is_known)) planes_.push_back({n, step_});
+    if (n.norm() < 0.5 || std::any_of(planes_.begin(), planes_.end(), is_known)) return;
+    planes_.push_back({n, step_});
+    if (Vec3 at; !shortest(at)) planes_.pop_back();
   }
 
   const Posed &a_, &b_;
@@ -167,16 +174,7 @@ std::optional<Vec3> separating_translation(const Posed& a, const Posed& b, std::
   TouchingMeshes meshes(a, b, slack, options);
   if (!meshes.seem_to_touch(pairs, certain)) return std::nullopt;
   meshes.add_touching(pairs);
-  // Along the direction that separates all that touches, else off the faces touched inside, else along the
-  // mean of the normals.
-  if (meshes.separate())
-    if (const auto by = meshes.free_beyond(meshes.step_along(meshes.direction()))) return by;
-  meshes.forget_planes();
-  if (Vec3 at; meshes.leave_faces(at))
-    if (const auto by = meshes.free_beyond(at)) return by;
-  meshes.forget_planes();
-  if (meshes.mean_of_normals().norm() < 0.5) return std::nullopt;
-  return meshes.free_beyond(meshes.step_along(meshes.mean_of_normals()));
+  return meshes.separate();
 }
 
 }  // namespace tandem

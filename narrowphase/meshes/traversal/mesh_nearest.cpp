@@ -145,7 +145,7 @@ Vec3 direction_of(TouchingFaces& near, double gap, double rounding, const Vec3& 
   // The direction of so short a gap is rounded itself.
   const Vec3 first = gap > rounding ? own : Vec3(Vec3::Zero());
   if (near.separate(first)) return near.direction();
-  if (Vec3 off; !(gap > rounding) && near.leave_faces(rounding, off)) return unit(off, off.norm());
+  if (Vec3 off; !(gap > rounding) && !near.leave_faces(rounding, false, off).empty()) return unit(off, off.norm());
   return near.normal_near(own);
 }
 

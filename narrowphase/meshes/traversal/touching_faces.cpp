@@ -10,7 +10,6 @@
 
 #include "manifold/patch_point.h"
 #include "meshes/traversal/folded_triangles.h"
-#include "meshes/traversal/least_translation.h"
 #include "shapes/shape_insides.h"
 #include "tolerances.h"
 
@@ -158,8 +157,8 @@ Vec3 TouchingFaces::way_off(const Faces& f) const {
   return n.isZero(0) ? Vec3(-off_face(f.b, f.normal_b, b_.solid, f.a, f.normal_a, a_.solid)) : n;
 }
 
-void TouchingFaces::find_ways_off() {
-  if (ways_known_) return;
+std::span<const Vec3> TouchingFaces::ways_off() {
+  if (ways_known_) return ways_off_;
   ways_known_ = true;
   leave_out_folded();
   for (const Faces& f : faces_) {
@@ -168,21 +167,32 @@ void TouchingFaces::find_ways_off() {
     const auto is_n = [&](const Vec3& known) { return known.dot(n) > tolerance::flush_face; };
     if (n.norm() > 0.5 && std::none_of(ways_off_.begin(), ways_off_.end(), is_n)) ways_off_.push_back(n);
   }
+  return ways_off_;
 }
 
-bool TouchingFaces::leave_faces(double step, Vec3& shortest) {
-  constexpr double precision = 1.0 / 8;  // over a step
-  find_ways_off();
+std::vector<Constraint> TouchingFaces::leave_faces(double step, bool edges, Vec3& shortest) {
+  constexpr double precision = 1.0 / 8, longest = 8;  // over a step
   std::vector<Constraint> beyond;
-  for (const Vec3& n : ways_off_) beyond.push_back({n, step});
-  return !beyond.empty() && shortest_feasible(beyond, precision * step, shortest);
+  for (const Vec3& n : ways_off()) beyond.push_back({n, step});
+  if (!shortest_feasible(beyond, precision * step, shortest)) return {};
+  for (std::size_t k = 0; edges && k < faces_.size() && !beyond.empty(); ++k) {
+    meter_.spend();
+    const Vec3 &n = faces_[k].normal_a, &m = faces_[k].normal_b;
+    const auto is_n = [&](const Constraint& known) { return known.normal.dot(n) > tolerance::flush_face; };
+    if (!(n.dot(m) < -tolerance::flush_face) || std::any_of(beyond.begin(), beyond.end(), is_n)) continue;
+    beyond.push_back({n, step});
+    if (Vec3 at; shortest_feasible(beyond, precision * step, at) && at.norm() <= longest * step)
+      shortest = at;
+    else
+      beyond.pop_back();
+  }
+  return beyond;
 }
 
 Vec3 TouchingFaces::normal_near(const Vec3& n) {
-  find_ways_off();
   Vec3 nearest = n;
   double most = carries_patch;
-  for (const Vec3& flush : ways_off_)
+  for (const Vec3& flush : ways_off())
     if (const double cosine = flush.dot(n); cosine > most) most = cosine, nearest = flush;
   return nearest;
 }

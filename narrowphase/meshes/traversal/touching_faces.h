@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "meshes/traversal/least_translation.h"
 #include "meshes/traversal/triangle_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/work_meter.h"
@@ -52,9 +53,10 @@ class TouchingFaces {
   double deepest_along(const Vec3& n);
 
   /// Where no direction separates all, as in a corner: sets the shortest translation that leads `step` off each face
-  /// that a corner, an edge or a face of the other mesh touches inside; false if there are none, or no such
-  /// translation.
-  bool leave_faces(double step, Vec3& shortest);
+  /// that a corner, an edge or a face of the other mesh touches inside. `edges`: and off planes of faces that touch
+  /// along an edge, where that contradicts none of the others; of two such faces either may be wrong. These planes;
+  /// none if no face is touched inside, or there is no such translation.
+  std::vector<Constraint> leave_faces(double step, bool edges, Vec3& shortest);
 
   /// The direction along which B leaves such a face, if one is `n` to rounding, else `n`.
   Vec3 normal_near(const Vec3& n);
@@ -69,7 +71,7 @@ class TouchingFaces {
   Vec3 off_face(const Corners& face, const Vec3& n, bool solid, const Corners& other, const Vec3& m,
                 bool other_solid) const;
   Vec3 way_off(const Faces& f) const;
-  void find_ways_off();
+  std::span<const Vec3> ways_off();
 
   const MeshModel &a_, &b_;
   const double gap_, slack_;
