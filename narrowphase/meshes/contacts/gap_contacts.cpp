@@ -133,16 +133,20 @@ class GapContacts {
     WorkMeter meter(options_.limit);
     const double gap = nearest_.points.distance, rounding = rounding_of_corners(mesh_a_, mesh_b_, between_);
     TouchingFaces near(mesh_a_, mesh_b_, gap, rounding, meter, lent_memory(options_));
-    for (const Near& t : touching_) {
-      if (near.size() == most_touching) break;
-      meter.spend();
-      if (t.points.distance <= gap + rounding) near.add(t.pair, corners_of_a(t.pair[0]), corners_of_b(t.pair[1]));
+    const auto is_near = [&](const Near& t) { return t.points.distance <= gap + rounding; };
+    const auto count = static_cast<std::size_t>(std::count_if(touching_.begin(), touching_.end(), is_near));
+    nearest_.normal = direction(nearest_.pair, nearest_.points);
+    if (count <= most_touching) {
+      near.reserve(count);
+      for (const Near& t : touching_) {
+        meter.spend();
+        if (is_near(t)) near.add(t.pair, corners_of_a(t.pair[0]), corners_of_b(t.pair[1]));
+      }
+      nearest_.normal = direction_of(near, gap, rounding, nearest_.normal);
     }
-    nearest_.normal = direction_of(near, gap, rounding, direction(nearest_.pair, nearest_.points));
     const bool together = near.separable();
     for (Near& t : touching_) {
-      const bool is_nearest = together && t.points.distance <= gap + rounding;
-      t.normal = is_nearest ? nearest_.normal : near.normal_near(direction(t.pair, t.points));
+      t.normal = together && is_near(t) ? nearest_.normal : near.normal_near(direction(t.pair, t.points));
       add(t);
     }
   }

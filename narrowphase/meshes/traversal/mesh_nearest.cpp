@@ -82,6 +82,22 @@ Vec3 towards_outside(const Vec3& normal, const FaceOf& a, const FaceOf& b, doubl
   return rise(a, n_a) < rise(b, n_b) ? Vec3(-normal) : normal;
 }
 
+// True if two edges across the direction cross each other, of one triangle or of both: then it is no difference of
+// points, which rounding turns.
+bool is_given_by_edges(const Vec3& n, const PlacedTriangle& p, const PlacedTriangle& q) {
+  std::array<Vec3, 6> across;
+  std::size_t count = 0;
+  for (const PlacedTriangle* t : {&p, &q})
+    for (std::size_t i = 0; i < 3; ++i)
+      if (const Vec3 e = t->edge(i); std::abs(n.dot(e)) <= tolerance::parallel_lines * e.norm()) across[count++] = e;
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (across[i].cross(across[j]).squaredNorm() >
+          tolerance::slanting2 * across[i].squaredNorm() * across[j].squaredNorm())
+        return true;
+  return false;
+}
+
 // A mesh in the other's frame: relative to its centre, in its units.
 MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, const Vec3& shift) {
   return {mesh, turn, (turn * mesh.centre + shift - by.centre) / by.unit, by.unit};
@@ -312,6 +328,7 @@ Vec3 NearestSearch::normal(const NarrowPhaseOptions& options) {
   const Vec3 own = direction_between(best_, {a_.corners(nearest_[0]), {turn_a_, Vec3::Zero()}, a_.solid},
                                      {b_.corners(nearest_[1]), {turn_b_, between_}, b_.solid}, reach_of_both, options);
   if (gap > tolerance::noisy_difference * reach_of_both) return own;
+  if (gap > rounding_ && is_given_by_edges(own, placed_of_a(nearest_[0]), placed_of_b(nearest_[1]))) return own;
   alignas(std::max_align_t) std::array<std::byte, std::size_t{16} << 10> usual;
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size(), lent_memory(options));
   TouchingFaces near(a_, b_, gap, rounding_, meter_, &memory);
@@ -319,7 +336,8 @@ Vec3 NearestSearch::normal(const NarrowPhaseOptions& options) {
     near.add(pair, placed_of_a(pair[0]).corner, placed_of_b(pair[1]).corner);
     return near.size() < most_touching;
   };
-  each_within(gap + rounding_, [](std::uint32_t, std::uint32_t) { return false; }, add, {});
+  const bool all = each_within(gap + rounding_, [](std::uint32_t, std::uint32_t) { return false; }, add, {});
+  if (!all) return own;
   return direction_of(near, gap, rounding_, own);
 }
 

@@ -81,7 +81,7 @@ Vec3 direction_between(const Nearest& near, const FaceOf& a, const FaceOf& b, do
 /// The error of corners of both, metres.
 double rounding_of_corners(const MeshModel& a, const MeshModel& b, const Vec3& between);
 
-/// Pairs of triangles of which the direction is found together: so many at most, of more the first.
+/// The number of pairs of triangles up to which their direction is found together; of more, each has its own.
 inline constexpr std::size_t most_touching = std::size_t{1} << 14;
 
 /// The direction that separates all pairs of triangles that are as near as the nearest to `rounding`, if there is one,

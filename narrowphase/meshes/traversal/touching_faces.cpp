@@ -18,6 +18,9 @@ namespace {
 
 // Pairs of touching triangles whose edge cross products are tried as directions.
 constexpr std::size_t crossed_faces = 16;
+// Normals of faces that are touched inside. Curved faces in each other have more, and seldom a translation off them
+// all.
+constexpr std::size_t most_normals = 64;
 
 double most_of(const Vec3& n, std::span<const Vec3> points) {
   double most = -infinity;
@@ -152,30 +155,35 @@ Vec3 TouchingFaces::off_face(const Corners& face, const Vec3& n, bool solid, con
   return solid || (count == 3 && !other_solid) ? Vec3(Vec3::Zero()) : Vec3(-n);
 }
 
-Vec3 TouchingFaces::way_off(const Faces& f) const {
+Vec3 TouchingFaces::leaving_normal(const Faces& f) const {
   const Vec3 n = off_face(f.a, f.normal_a, a_.solid, f.b, f.normal_b, b_.solid);
   return n.isZero(0) ? Vec3(-off_face(f.b, f.normal_b, b_.solid, f.a, f.normal_a, a_.solid)) : n;
 }
 
-std::span<const Vec3> TouchingFaces::ways_off() {
-  if (ways_known_) return ways_off_;
-  ways_known_ = true;
+std::span<const Vec3> TouchingFaces::leaving_normals() {
+  if (leaving_known_) return leaving_normals_;
+  leaving_known_ = true;
   leave_out_folded();
   for (const Faces& f : faces_) {
-    meter_.spend();
-    const Vec3 n = way_off(f);
+    meter_.spend(2);
+    const Vec3 n = leaving_normal(f);
     const auto is_n = [&](const Vec3& known) { return known.dot(n) > tolerance::flush_face; };
-    if (n.norm() > 0.5 && std::none_of(ways_off_.begin(), ways_off_.end(), is_n)) ways_off_.push_back(n);
+    if (n.norm() > 0.5 && std::none_of(leaving_normals_.begin(), leaving_normals_.end(), is_n))
+      leaving_normals_.push_back(n);
+    if (leaving_normals_.size() > most_normals) {
+      leaving_normals_.clear();
+      break;
+    }
   }
-  return ways_off_;
+  return leaving_normals_;
 }
 
 std::vector<Constraint> TouchingFaces::leave_faces(double step, bool edges, Vec3& shortest) {
   constexpr double precision = 1.0 / 8, longest = 8;  // over a step
   std::vector<Constraint> beyond;
-  for (const Vec3& n : ways_off()) beyond.push_back({n, step});
+  for (const Vec3& n : leaving_normals()) beyond.push_back({n, step});
   if (!shortest_feasible(beyond, precision * step, shortest)) return {};
-  for (std::size_t k = 0; edges && k < faces_.size() && !beyond.empty(); ++k) {
+  for (std::size_t k = 0; edges && k < faces_.size() && !beyond.empty() && beyond.size() < most_normals; ++k) {
     meter_.spend();
     const Vec3 &n = faces_[k].normal_a, &m = faces_[k].normal_b;
     const auto is_n = [&](const Constraint& known) { return known.normal.dot(n) > tolerance::flush_face; };
@@ -192,7 +200,7 @@ std::vector<Constraint> TouchingFaces::leave_faces(double step, bool edges, Vec3
 Vec3 TouchingFaces::normal_near(const Vec3& n) {
   Vec3 nearest = n;
   double most = carries_patch;
-  for (const Vec3& flush : ways_off())
+  for (const Vec3& flush : leaving_normals())
     if (const double cosine = flush.dot(n); cosine > most) most = cosine, nearest = flush;
   return nearest;
 }

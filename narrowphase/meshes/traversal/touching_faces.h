@@ -27,7 +27,14 @@ class TouchingFaces {
   /// `gap`: the distance of the meshes, 0 if they intersect. `slack`: the distance that counts as touching. Metres.
   TouchingFaces(const MeshModel& a, const MeshModel& b, double gap, double slack, WorkMeter& meter,
                 std::pmr::memory_resource* memory)
-      : a_(a), b_(b), gap_(gap), slack_(slack), meter_(meter), pairs_(memory), faces_(memory), ways_off_(memory) {}
+      : a_(a),
+        b_(b),
+        gap_(gap),
+        slack_(slack),
+        meter_(meter),
+        pairs_(memory),
+        faces_(memory),
+        leaving_normals_(memory) {}
 
   void reserve(std::size_t pairs) { pairs_.reserve(pairs), faces_.reserve(pairs); }
   void add(const TrianglePair& pair, const Corners& a, const Corners& b);
@@ -70,16 +77,16 @@ class TouchingFaces {
   bool leave_out_folded();
   Vec3 off_face(const Corners& face, const Vec3& n, bool solid, const Corners& other, const Vec3& m,
                 bool other_solid) const;
-  Vec3 way_off(const Faces& f) const;
-  std::span<const Vec3> ways_off();
+  Vec3 leaving_normal(const Faces& f) const;
+  std::span<const Vec3> leaving_normals();
 
   const MeshModel &a_, &b_;
   const double gap_, slack_;
   WorkMeter& meter_;
   std::pmr::vector<TrianglePair> pairs_;
   std::pmr::vector<Faces> faces_;
-  std::pmr::vector<Vec3> ways_off_;  // normals of faces touched inside, from A to B; each once
-  bool ways_known_ = false;
+  std::pmr::vector<Vec3> leaving_normals_;  // normals of faces touched inside, from A to B; each once
+  bool leaving_known_ = false;
   Vec3 sides_ = Vec3::Zero();
   Vec3 n_ = Vec3::UnitZ();
   bool separable_ = false;
