@@ -206,7 +206,10 @@ class SegmentPair {
   double best_s(double at) const { return std::clamp((at * uv_ - ru_) * by_uu_, -1.0, 1.0); }
   double best_t(double at) const { return std::clamp((at * uv_ + rv_) * by_vv_, -1.0, 1.0); }
   void try_sides();
-  void take_middle();
+  bool take_middle();
+  double leaning(double at_s, double at_t) const;
+  /// Of a difference of points of both, metres.
+  double rounding() const { return 4 * epsilon * std::sqrt(r_.squaredNorm() + uu_ + vv_); }
   bool above_rounding(double distance) const;
   Vec3 across() const;
 
@@ -228,38 +231,52 @@ void SegmentPair::find_nearest() {
     t = r_.dot(y) / v_.dot(y);
     interior_ = std::abs(s) <= 1 && std::abs(t) <= 1;
     // For nearly parallel segments the rounding error of either parameter is long; it affects the gap only if the other
-    // parameter does not match.
-    if (interior_) t = best_t(s);
+    // parameter does not match. One that matches beyond an end by more than rounding is no parameter of the
+    // perpendicular.
+    if (interior_) {
+      const double match = (s * uv_ + rv_) * by_vv_;
+      t = std::clamp(match, -1.0, 1.0);
+      interior_ = match == t || std::abs(match - t) * std::sqrt(vv_) <= rounding();
+    }
   }
-  if (!interior_) try_sides();
+  if (!interior_ && !take_middle()) try_sides();
 }
 
 /// The minimum lies on the boundary of the parameter square: the best of its four sides. Of those equal to rounding the
 /// one whose ends are nearest because their segments end there, by the derivatives, which have more digits.
 void SegmentPair::try_sides() {
-  const double rounding = 4 * epsilon * std::sqrt(r_.squaredNorm() + uu_ + vv_);
-  double least = infinity, leaning = infinity;
+  const double same = rounding();
+  double least = infinity;
   for (int side = 0; side < 4; ++side) {
     const double end = side % 2 == 0 ? 1.0 : -1.0;
     const double cs = side < 2 ? end : best_s(end), ct = side < 2 ? best_t(end) : end;
-    const Vec3 gap = r_ + cs * u_ - ct * v_;
-    const double length = gap.norm();
-    const double of_u = std::abs(cs) == 1 ? cs * gap.dot(u_) * std::sqrt(by_uu_) : 0.0,
-                 of_v = std::abs(ct) == 1 ? -ct * gap.dot(v_) * std::sqrt(by_vv_) : 0.0;
-    const double leans = std::max({of_u, of_v, 0.0});
-    if (length < least - rounding || (length <= least + rounding && leans < leaning))
-      least = length, leaning = leans, s = cs, t = ct;
+    const double length = (r_ + cs * u_ - ct * v_).norm();
+    if (length < least - same || (length <= least + same && leaning(cs, ct) < leaning(s, t)))
+      least = length, s = cs, t = ct;
   }
-  if (!crossing_ && uu_ > 0 && vv_ > 0) take_middle();
+}
+
+/// How far the gap reaches back along the segments from those ends of theirs, metres: 0 if the ends are nearest.
+double SegmentPair::leaning(double at_s, double at_t) const {
+  const bool end_of_u = std::abs(at_s) == 1, end_of_v = std::abs(at_t) == 1;
+  Vec3 gap = r_ + at_s * u_ - at_t * v_;
+  // Along a segment inside it there is rounding alone.
+  if (!end_of_v) gap -= (gap.dot(v_) * by_vv_) * v_;
+  if (!end_of_u) gap -= (gap.dot(u_) * by_uu_) * u_;
+  const double of_u = end_of_u ? at_s * gap.dot(u_) * std::sqrt(by_uu_) : 0.0,
+               of_v = end_of_v ? -at_t * gap.dot(v_) * std::sqrt(by_vv_) : 0.0;
+  return std::max({of_u, of_v, 0.0});
 }
 
 /// For parallel segments, takes the middle of the interval where they run side by side, if there is one.
-void SegmentPair::take_middle() {
+bool SegmentPair::take_middle() {
+  if (crossing_ || !(uu_ > 0 && vv_ > 0)) return false;
   const double length = std::sqrt(uu_), reach = std::sqrt(vv_), offset = -ru_ / length;
   const double lo = std::max(-length, offset - reach), hi = std::min(length, offset + reach);
-  if (!(lo < hi)) return;
+  if (!(lo < hi)) return false;
   s = 0.5 * (lo + hi) / length;
   t = best_t(s);
+  return true;
 }
 
 Vec3 SegmentPair::gap() const {

@@ -106,6 +106,23 @@ TEST_CASE("a capsule's end beside nearly the end of another: the normal is perpe
   CHECK(std::abs(q.normal.dot(c.rotation.col(2))) < 1e-15);
 }
 
+TEST_CASE("nearly parallel capsules end to end: the distance of their ends") {
+  // Rounding may put the feet of the common perpendicular of nearly parallel lines anywhere on the segments.
+  Random r(1);
+  for (int i = 0; i < 4000; ++i) {
+    const double angle = std::pow(10, r.in(-13, -6)), gap = std::pow(10, r.in(-10, 0)),
+                 radius = std::pow(10, r.in(-6, -1));
+    const Capsule first{radius, r.in(0.5, 2)}, second{radius, r.in(0.5, 2)};
+    const Pose a{r.rotation(), Vec3::Zero()};
+    Pose b{a.rotation * Eigen::AngleAxisd(angle, Vec3::UnitY()).toRotationMatrix(), Vec3::Zero()};
+    b.translation = a.rotation.col(2) * (first.length / 2 + gap) + b.rotation.col(2) * (second.length / 2);
+    const PairAnswer answer = NarrowPhase().solve(Shape(first), a, Shape(second), b, Request::distance);
+    CAPTURE(i, angle, gap, radius);
+    CHECK(std::abs(answer.signed_distance - (gap - 2 * radius)) < 1e-12);
+    CHECK(std::abs((answer.point_b - answer.point_a).norm() - std::abs(gap - 2 * radius)) < 1e-12);
+  }
+}
+
 TEST_CASE("nearly parallel capsules: apart along the normal by the distance, their points opposite each other") {
   Random r(9);
   const auto length = [&] {
