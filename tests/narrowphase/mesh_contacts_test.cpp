@@ -15,6 +15,7 @@
 
 using namespace tandem;
 using namespace tandem::test;
+using tandem::reference::Random;
 
 namespace {
 
@@ -444,4 +445,30 @@ TEST_CASE("mesh contacts: a touch that rounding leaves to some triangles has con
     }
   }
   CHECK(touching > 100);
+}
+
+TEST_CASE("mesh-mesh: over a gap each contact has the normal of its own face, also where faces differ by one degree") {
+  Random r(2);
+  std::size_t contacts = 0;
+  for (int i = 0; i < 60; ++i) {
+    const double slope = (r.below(2) == 0 ? 1 : -1) * std::tan(r.in(0.2, 1.1) * std::numbers::pi / 180),
+                 gap = std::pow(10, r.in(-11, -5));
+    const Mesh slab = prism({{-1, -1}, {1, -1}, {1, slope}, {0, 0}, {-1, 0}}, {{0, 1, 3}, {1, 2, 3}, {0, 3, 4}}, 1),
+               lid = prism({{-0.9, 0}, {0, 0}, {0.9, 0.9 * slope}, {0.9, 1}, {-0.9, 1}},
+                           {{0, 1, 4}, {1, 3, 4}, {1, 2, 3}}, 0.8);
+    const Mat3 turn = r.rotation();
+    const Vec3 place = r.vec(-1, 1);
+    std::vector<Contact> found;
+    NarrowPhase({.margin = 1e-4})
+        .solve(Shape(slab), {turn, place}, Shape(lid), {turn, place + turn * Vec3(0, gap, 0)}, Request::contacts,
+               &found);
+    CAPTURE(i, slope, gap);
+    for (const Contact& c : found) {
+      const Vec3 at = turn.transpose() * (c.point - place), n = turn.transpose() * c.normal;
+      if (std::abs(at.x()) < 1e-6) continue;
+      CHECK((n - Vec3(at.x() > 0 ? -slope : 0, 1, 0).normalized()).norm() < 1e-5);
+      ++contacts;
+    }
+  }
+  CHECK(contacts > 200);
 }

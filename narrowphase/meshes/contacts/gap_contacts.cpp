@@ -146,7 +146,12 @@ class GapContacts {
     }
     const bool together = near.separable();
     for (Near& t : touching_) {
-      t.normal = together && is_near(t) ? nearest_.normal : near.normal_near(direction(t.pair, t.points));
+      if (together && is_near(t)) {
+        t.normal = nearest_.normal;
+      } else {
+        const Vec3 own = direction(t.pair, t.points);
+        t.normal = is_near(t) ? near.normal_near(own) : own;
+      }
       add(t);
     }
   }

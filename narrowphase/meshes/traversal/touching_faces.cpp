@@ -199,7 +199,7 @@ std::vector<Constraint> TouchingFaces::leave_faces(double step, bool edges, Vec3
 
 Vec3 TouchingFaces::normal_near(const Vec3& n) {
   Vec3 nearest = n;
-  double most = carries_patch;
+  double most = tolerance::flush_face;
   for (const Vec3& flush : leaving_normals())
     if (const double cosine = flush.dot(n); cosine > most) most = cosine, nearest = flush;
   return nearest;

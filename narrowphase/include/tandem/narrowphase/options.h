@@ -40,9 +40,9 @@ struct NarrowPhaseOptions {
   /// Ends work on a pair before it is done (work_limit.h), from this thread or another; must outlive the queries. Null:
   /// none. Until it is reached it does not change any bit.
   const WorkLimit* limit = nullptr;
-  /// Memory for contacts with meshes beyond what fits on the stack; released before the call returns. Used by one call
-  /// at a time: calls from several threads need separate options. Must outlive the queries. Does not change any bit.
-  /// Null: std::pmr::get_default_resource().
+  /// Memory for contacts with meshes, and for the direction between meshes that touch, beyond what fits on the stack;
+  /// released before the call returns. Used by one call at a time: calls from several threads need separate options.
+  /// Must outlive the queries. Does not change any bit. Null: std::pmr::get_default_resource().
   std::pmr::memory_resource* memory = nullptr;
 };
 
