@@ -52,6 +52,22 @@ void straighten_points(const RoundPair& pair, Support& s) {
   }
 }
 
+/// Newton's method may end at an edge of h with the right normal and one end of the other body's edge as the point.
+/// Takes GJK's points and normal if they bound the distance more closely, from above by the distance of the points, from
+/// below by the support along the normal. Returns the difference of the bounds, which was `gap`.
+double try_gjk(const MinkowskiDifference& d, const RoundPair& pair, double beyond, Support& s, double gap) {
+  const LocalAnswer by_gjk = gjk_signed_distance(d, 0, &s.n, beyond);
+  if (by_gjk.signed_distance > beyond) return gap;  // without points
+  Support found;
+  found.n = by_gjk.normal;
+  found.h = found.n.dot(pair.support(found.n));
+  found.point[0] = by_gjk.point_a - core_radius(d.a) * found.n;
+  found.point[1] = -by_gjk.point_b - core_radius(d.b) * found.n;
+  if (!(found.h < 0 && doubt(found) < gap)) return gap;
+  s = found;
+  return doubt(s);
+}
+
 Vec3 direction(const Vec3& v) {
   const double length = v.norm();
   return length > 0 ? unit(v, length) : Vec3::UnitX();
@@ -85,9 +101,7 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
     gap = depth.gap;
   }
   if (!s.optimal) gap = std::max(gap, doubt(s));
-  // Newton's method may end at an edge of h with the right normal and one end of the other body's edge as the point.
-  if (s.h < 0 && gap > tolerance::no_gap * pair.scale)
-    if (const LocalAnswer nearer = gjk_signed_distance(d, 0, &s.n, beyond); nearer.gap < gap) return nearer;
+  if (s.h < 0 && gap > tolerance::no_gap * pair.scale) gap = try_gjk(d, pair, beyond, s, gap);
   // What seemed a deep overlap from the centres, and has no certain depth, may be none.
   if (deep && gap > tolerance::no_gap * pair.scale) {
     const Support descended = minimize(pair, direction(search_portal(d).normal), below);
