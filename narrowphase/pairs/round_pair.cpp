@@ -53,8 +53,8 @@ void straighten_points(const RoundPair& pair, Support& s) {
 }
 
 /// Newton's method may end at an edge of h with the right normal and one end of the other body's edge as the point.
-/// Takes GJK's points and normal if they bound the distance more closely, from above by the distance of the points, from
-/// below by the support along the normal. Returns the difference of the bounds, which was `gap`.
+/// Takes GJK's points and normal if they bound the distance more closely: the distance of the points from above, the
+/// support along the normal from below. Returns the difference of the bounds, which was `gap`.
 double try_gjk(const MinkowskiDifference& d, const RoundPair& pair, double beyond, Support& s, double gap) {
   const LocalAnswer by_gjk = gjk_signed_distance(d, 0, &s.n, beyond);
   if (by_gjk.signed_distance > beyond) return gap;  // without points
