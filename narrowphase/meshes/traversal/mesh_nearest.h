@@ -85,7 +85,7 @@ double rounding_of_corners(const MeshModel& a, const MeshModel& b, const Vec3& b
 inline constexpr std::size_t most_touching = std::size_t{1} << 14;
 
 /// The direction that separates all pairs of triangles that are as near as the nearest to `rounding`, if there is one,
-/// else, if rounding makes the gap, that of the shortest way off all faces that are touched inside; else `own`, that
+/// else, if rounding makes the gap, that of the shortest translation off all faces touched inside; else `own`, that
 /// between the nearest, or the normal of such a face if it differs by rounding.
 Vec3 direction_of(TouchingFaces& near, double gap, double rounding, const Vec3& own);
 
