@@ -21,18 +21,18 @@ namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
-[[noreturn]] void refuse(std::string_view what, double found, std::string_view allowed) {
+[[noreturn]] void refuse_number(std::string_view what, double found, std::string_view allowed) {
   char digits[32];
   const std::string text(digits, std::to_chars(digits, digits + sizeof digits, found).ptr);
   throw std::invalid_argument(std::string(what) + ": " + text + " is not " + std::string(allowed));
 }
 
 void require_margin(double margin) {
-  if (!(margin >= 0) || !std::isfinite(margin)) refuse("margin", margin, "finite and >= 0");
+  if (!(margin >= 0) || !std::isfinite(margin)) refuse_number("margin", margin, "finite and >= 0");
 }
 
 void require_cutoff(double cutoff) {
-  if (!(cutoff >= 0)) refuse("cutoff", cutoff, ">= 0");
+  if (!(cutoff >= 0)) refuse_number("cutoff", cutoff, ">= 0");
 }
 
 /// The pose of a query, its rotation made orthonormal as those of bodies are.

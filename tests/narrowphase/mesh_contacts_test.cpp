@@ -451,7 +451,7 @@ TEST_CASE("mesh-mesh: over a gap each contact has the normal of its own face, al
   Random r(2);
   std::size_t contacts = 0;
   for (int i = 0; i < 60; ++i) {
-    const double slope = (r.below(2) == 0 ? 1 : -1) * std::tan(r.in(0.2, 1.1) * std::numbers::pi / 180),
+    const double sign = r.below(2) == 0 ? 1 : -1, slope = sign * std::tan(r.in(0.2, 1.1) * std::numbers::pi / 180),
                  gap = std::pow(10, r.in(-11, -5));
     const Mesh slab = prism({{-1, -1}, {1, -1}, {1, slope}, {0, 0}, {-1, 0}}, {{0, 1, 3}, {1, 2, 3}, {0, 3, 4}}, 1),
                lid = prism({{-0.9, 0}, {0, 0}, {0.9, 0.9 * slope}, {0.9, 1}, {-0.9, 1}},
