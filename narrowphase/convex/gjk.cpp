@@ -10,16 +10,20 @@ namespace {
 
 constexpr int max_iterations = 96;
 
-/// The direction of v, made perpendicular to the shapes' edges that span the simplex: the difference of two nearly
-/// equal points is exact only in this respect.
+/// The direction of v, made perpendicular to the edges of the simplex: the difference of two nearly equal points is
+/// exact only in this respect.
 Vec3 square_to_edges(const MinkowskiDifference& d, const Simplex& s, const Vec3& v) {
+  // Points of round shapes have no vertex numbers.
+  const auto edge = [&, polytopes = d.polytopes()](int to, int from) {
+    return polytopes ? d.edge(s.p[to], s.p[from]) : Vec3(s.p[to].w - s.p[from].w);
+  };
   Vec3 n = v;
   if (s.count == 2) {
-    const Vec3 e = d.edge(s.p[1], s.p[0]);
+    const Vec3 e = edge(1, 0);
     const double e2 = e.squaredNorm();
     for (int i = 0; i < 2 && e2 > 0; ++i) n -= (n.dot(e) / e2) * e;
   } else if (s.count == 3) {
-    n = normal_of(d.edge(s.p[1], s.p[0]), d.edge(s.p[2], s.p[1]), d.edge(s.p[0], s.p[2]));
+    n = normal_of(edge(1, 0), edge(2, 1), edge(0, 2));
     if (n.dot(v) < 0) n = -n;
   }
   const double length = n.norm();
@@ -66,7 +70,7 @@ void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult
       if (!has(s, p, polytopes)) known = false, s.p[s.count] = p;
       return met;
     };
-    if (try_along(unit(n.v)) || (polytopes && try_along(square_to_edges(d, s, n.v))) || known) return;
+    if (try_along(unit(n.v)) || try_along(square_to_edges(d, s, n.v)) || known) return;
     ++s.count;
   }
 }

@@ -1,6 +1,8 @@
 // The support of a polytope and a round body along the polytope's face normals.
 #include "round/face_reach.h"
 
+#include "convex/triangle_height.h"
+
 namespace tandem {
 
 void FaceReach::measure(const RoundBody& polytope, const RoundBody& circle) {
@@ -23,7 +25,7 @@ void FaceReach::measure(const RoundBody& polytope, const RoundBody& circle) {
   }
   if (polytope.kind() == ShapeKind::triangle) {
     const auto& v = polytope.view().vertices;
-    const Vec3 n = (v[1] - v[0]).cross(v[2] - v[0]).normalized();
+    const Vec3 n = normal_of(v[1] - v[0], v[2] - v[1], v[0] - v[2]).normalized();
     set(n, n.dot(v[0]));
     set(-n, -n.dot(v[0]));
     for (std::size_t i = 0; i < 3; ++i) {

@@ -76,7 +76,7 @@ Frame find_frame(std::span<const Vec3> p, WorkMeter& meter) {
   return f;
 }
 
-// Andrew's monotone chain; counterclockwise in the frame's plane, without collinear points.
+// Andrew's monotone chain; counterclockwise in the frame's plane, without points collinear to rounding.
 std::vector<std::uint32_t> flat_loop(std::span<const Vec3> p, const Frame& f) {
   std::vector<std::array<double, 2>> q(p.size());
   std::vector<std::uint32_t> order(p.size());
@@ -87,12 +87,14 @@ std::vector<std::uint32_t> flat_loop(std::span<const Vec3> p, const Frame& f) {
   }
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return q[a] < q[b]; });
   std::vector<std::uint32_t> loop;
+  const double rounding = 4 * epsilon * f.extent[0];  // of a height over the line between two others
   const auto chain = [&](auto begin, auto end) {
     const std::size_t base = loop.size();
     for (auto it = begin; it != end; ++it) {
       while (loop.size() >= base + 2) {
         const auto &a = q[loop[loop.size() - 2]], &b = q[loop.back()], &c = q[*it];
-        if ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0) break;
+        const double x = c[0] - a[0], y = c[1] - a[1];
+        if ((b[0] - a[0]) * y - (b[1] - a[1]) * x > rounding * (std::abs(x) + std::abs(y))) break;
         loop.pop_back();
       }
       loop.push_back(*it);

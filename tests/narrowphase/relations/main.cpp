@@ -303,11 +303,8 @@ int main(int argc, char** argv) {
   app.add_flag("--list", options.list, "print the pairs of the seeds as records, and judge none");
   app.add_flag("--raw", options.raw, "print failing pairs as they were drawn, not minimal ones");
   CLI11_PARSE(app, argc, argv);
-  for (const int signal : {SIGINT, SIGTERM})
-    std::signal(signal, [](int received) {
-      stopped = true;
-      std::signal(received, SIG_DFL);  // a second one ends the program at once
-    });
+  // `timeout` sends each twice: to the program and to its group. SIGQUIT ends the program at once.
+  for (const int signal : {SIGINT, SIGTERM}) std::signal(signal, [](int) { stopped = true; });
   try {
     return options.records.empty() ? run_random(options) : run_records(options);
   } catch (const std::exception& error) {
