@@ -163,8 +163,12 @@ PairAnswer contacts_of_collision(const Collision& c, std::vector<Contact>& conta
 }
 
 PairAnswer distance_of_collision(const Collision& c) {
-  if (c.a.shape.is_convex() || c.b.shape.is_convex())
-    return overlap_as_convex(c.a, c.b, Request::distance, c.options, nullptr);
+  if (c.a.shape.is_convex() || c.b.shape.is_convex()) {
+    const PairAnswer convex = solve_as_convex(c.a, c.b, Request::distance, c.options, nullptr);
+    // Where rounding parts what touches, the nearest triangle's direction may lead into another one.
+    if (convex.collide) return convex;
+    return depth_of_meshes(c.a, c.b, c.pairs, c.options);
+  }
   if (c.mesh_a().own_hull(c.options.limit) && c.mesh_b().own_hull(c.options.limit)) {
     const PairAnswer hulls = overlap_of_hulls(c.a, c.b, Request::distance, c.options, nullptr);
     if (holds_as_hulls(c.a, c.b, -hulls.signed_distance, c.options.limit)) return hulls;

@@ -140,6 +140,24 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
   return core;
 }
 
+/// The distance from GJK's result, by its simplex where that is clearly apart from the origin, else by expanding it.
+CoreDistance distance_from(const MinkowskiDifference& d, GjkResult& r, bool deep, double precision, double exact,
+                           LocalAnswer& answer) {
+  const bool polytopes = d.polytopes();
+  const double scale = d.scale();
+  const bool weighs = r.end == GjkResult::End::inside ? !is_solid(d, r.simplex) : !polytopes;
+  if (r.simplex.count > 0 && weighs) set_weights(r.simplex);
+  if (r.end != GjkResult::End::separated) return expand_from(d, r, deep, exact, answer);
+  CoreDistance core;
+  core.distance = r.upper;
+  set_points(r.simplex, answer);
+  answer.gap = r.upper - std::max(r.lower, 0.0);
+  answer.normal = r.normal(tolerance::place_rounding * scale);
+  core.doubtful =
+      polytopes && (r.upper - r.lower > precision * r.upper + 4 * epsilon * scale || answer.normal != r.direction);
+  return core;
+}
+
 /// For two polytopes: true if the facing surfaces give the answer; else GJK is done, started from their direction.
 bool answer_or_descend(const MinkowskiDifference& d, double precision, double beyond, const Vec3* start, GjkResult& r,
                        LocalAnswer& answer) {
@@ -230,19 +248,14 @@ LocalAnswer gjk_signed_distance(const MinkowskiDifference& d, double tolerance, 
     r = descend(d, precision, beyond + ra + rb, -infinity, start);
   }
   if (r.lower > beyond + ra + rb) return farther_than(beyond, r.lower, ra, rb, r.direction);
-  const bool weighs = r.end == GjkResult::End::inside ? !is_solid(d, r.simplex) : !polytopes;
-  if (r.simplex.count > 0 && weighs) set_weights(r.simplex);
-  CoreDistance core;
-  if (r.end == GjkResult::End::separated) {
-    core.distance = r.upper;
-    set_points(r.simplex, answer);
-    answer.gap = r.upper - std::max(r.lower, 0.0);
-    answer.normal = r.normal(tolerance::place_rounding * scale);
-    core.doubtful =
-        polytopes && (r.upper - r.lower > precision * r.upper + 4 * epsilon * scale || answer.normal != r.direction);
-  } else {
-    const double exact = polytopes ? 0 : std::max(tolerance * larger(d), tolerance::ends_on_round * scale);
-    core = expand_from(d, r, deep, exact, answer);
+  const double exact = polytopes ? 0 : std::max(tolerance * larger(d), tolerance::ends_on_round * scale);
+  CoreDistance core = distance_from(d, r, deep, precision, exact, answer);
+  if (r.end == GjkResult::End::inside && core.distance > 4 * epsilon * scale) {
+    // The polytope is apart from the origin, so the simplex that seemed to contain it is a sliver: from a direction
+    // that separates, GJK finds the nearest point.
+    r = descend(d, precision, beyond + ra + rb, -infinity, &answer.normal);
+    if (r.lower > beyond + ra + rb) return farther_than(beyond, r.lower, ra, rb, r.direction);
+    core = distance_from(d, r, deep, precision, exact, answer);
   }
   if (core.doubtful) {
     LocalAnswer settled = answer;

@@ -633,14 +633,15 @@ std::vector<Shape> triangles(const PosedShape& posed) {
   return all;
 }
 
-// True if a vertex of the other shape, or the middle of a convex one, is inside a solid mesh, by the winding number.
+// True if a vertex of the other shape, or the middle of a round one, is inside a solid mesh, by the winding number.
 bool holds(const PosedShape& outer, const PosedShape& inner) {
   const Mesh* m = std::get_if<Mesh>(&outer.shape);
   if (m == nullptr || !m->solid) return false;
   std::vector<Vec3> points{Vec3::Zero()};
   if (inner.kind() == ShapeKind::halfspace || inner.kind() == ShapeKind::plane) points.clear();
-  if (const auto* s = std::get_if<Convex>(&inner.shape)) points = {s->vertices[0]};
-  if (const auto* s = std::get_if<Triangle>(&inner.shape)) points = {s->vertices[0]};
+  // Of several, as one may lie on the surface.
+  if (const auto* s = std::get_if<Convex>(&inner.shape)) points = {s->vertices.front(), s->vertices.back()};
+  if (const auto* s = std::get_if<Triangle>(&inner.shape)) points = {s->vertices.begin(), s->vertices.end()};
   if (const auto* s = std::get_if<Mesh>(&inner.shape)) points = s->vertices;
   if (const auto* s = std::get_if<Voxels>(&inner.shape)) {
     points.clear();
