@@ -1,6 +1,8 @@
 // Minima of h on circles of directions, where one body's support has a kink.
 #include "round/arc_search.h"
 
+#include <utility>
+
 #include "round/circle_floor.h"
 #include "tolerances.h"
 
@@ -157,33 +159,35 @@ void search_circle(Minima& m, int which, const Circle& circle, bool kink) {
 
 void search_face_arcs(Minima& m, int which, const FaceReach& reach) {
   const RoundBody &body = m.pair.body[which], &other = m.pair.body[1 - which];
-  const auto follow = [&](std::uint32_t v, std::uint32_t f, std::uint32_t g) {
+  // From face f to face g about their edge from v to w, of which f is on the left, in -B's mirror image on the right.
+  // The edge is the axis: the cross product of the normals of a thin plate's faces, half a turn apart, is noise.
+  const auto follow = [&](std::uint32_t v, std::uint32_t w, std::uint32_t f, std::uint32_t g) {
     if (!(m.best.h > 0) || reach.reaches(f, g, m.best.h - m.rounding)) return;
-    const Vec3 n0 = face_normal(body, reach, f), n1 = face_normal(body, reach, g);
-    const Vec3 across = n0.cross(n1);
-    const double sine = across.norm();
-    if (!(sine > tolerance::parallel_lines)) return;
-    const Vec3 corner = body.point(static_cast<int>(v), n0);
+    if (which == 1) std::swap(v, w);
+    const Circle circle = body.circle(static_cast<int>(v), static_cast<int>(w));
+    const Vec3 corner = body.point(static_cast<int>(v), circle.axis);
     const auto support = [&](const Vec3& n) { return Vec3(corner + other.support(n)); };
-    Circle circle{across / sine};
-    // The cross product of nearly parallel normals has errors of rounding over its length, also along the normals.
-    if (sine < tolerance::clearly_off_axis)
-      circle.axis = (circle.axis - circle.axis.dot(n0) * n0).normalized();
-    const Span span{{n0, support(n0)}, {n1, support(n1)}};
+    const auto sample = [&](std::uint32_t face) {
+      const Vec3 n = face_normal(body, reach, face), out = (n - n.dot(circle.axis) * circle.axis).stableNormalized();
+      return Sample{out, support(out)};
+    };
+    const Span span{sample(f), sample(g)};
     for (const Sample* end : {&span.first, &span.last})
       if (end->out.dot(end->p) < m.best.h - m.rounding) m.try_from(end->out);
     SpanSearch(m, circle, 0, support, CircleFloor(other, circle, corner)).search(&span, 1);
   };
   if (body.kind() == ShapeKind::box) {
-    for (const FaceArc& arc : box_arcs) follow(arc.v[0], arc.face[0], arc.face[1]);
+    for (const FaceArc& arc : box_arcs) follow(arc.v[0], arc.v[1], arc.face[0], arc.face[1]);
   } else if (body.kind() == ShapeKind::triangle) {
-    for (const std::uint32_t i : {0u, 1u, 2u})
-      for (const std::uint32_t face : {0u, 1u}) follow(i, face, 2 + i);
+    for (const std::uint32_t i : {0u, 1u, 2u}) {
+      follow(i, (i + 1) % 3, 0, 2 + i);
+      follow((i + 1) % 3, i, 1, 2 + i);
+    }
   } else {
     WorkMeter meter(m.pair.difference.limit, unchecked_edges(body.hull()));
     for (const Hull::Edge& e : body.hull().edges) {
       meter.spend();
-      follow(e.v[0], e.face[0], e.face[1]);
+      follow(e.v[0], e.v[1], e.face[0], e.face[1]);
     }
   }
 }

@@ -10,8 +10,8 @@
 
 namespace tandem {
 
-/// An edge of a polytope. The directions in which it is the farthest feature are an arc, from the normal of face[0] to
-/// that of face[1].
+/// An edge of a polytope; from v[0] to v[1], face[0] is on the left, seen from outside. The directions in which it is
+/// the farthest feature are an arc, from the normal of face[0] to that of face[1].
 struct FaceArc {
   std::uint8_t v[2];
   std::uint8_t face[2];
@@ -25,7 +25,10 @@ inline constexpr std::array<FaceArc, 12> box_arcs = [] {
     for (unsigned s = 0; s < 4; ++s) {
       const unsigned i = (k + 1) % 3, j = (k + 2) % 3, at = (s & 1u) << i | s >> 1 << j;
       const auto small = [](unsigned x) { return static_cast<std::uint8_t>(x); };
-      arcs[n++] = {{small(at), small(at | 1u << k)}, {small(2 * i + (s & 1u)), small(2 * j + (s >> 1))}};
+      const unsigned other = at | 1u << k;
+      const bool along = (s & 1u) == s >> 1;  // the cross product of the faces' normals points along axis k
+      arcs[n++] = {{small(along ? other : at), small(along ? at : other)},
+                   {small(2 * i + (s & 1u)), small(2 * j + (s >> 1))}};
     }
   return arcs;
 }();
