@@ -11,7 +11,7 @@ namespace {
 constexpr int max_iterations = 96;
 
 /// The direction of v, made perpendicular to the edges of the simplex: the difference of two nearly equal points is
-/// exact only in this respect.
+/// exact only in this respect; for round shapes the edges are exact to the rounding of points.
 Vec3 square_to_edges(const MinkowskiDifference& d, const Simplex& s, const Vec3& v) {
   // Points of round shapes have no vertex numbers.
   const auto edge = [&, polytopes = d.polytopes()](int to, int from) {
@@ -39,8 +39,8 @@ bool has(const Simplex& s, const MinkowskiPoint& p, bool polytopes) {
 
 /// Repeats GJK's last steps where rounding may have determined the fast result (for polytopes also where the bounds
 /// disagree), and where the direction of the lower bound is not that of the point found: from afar, another one with as
-/// good a bound. The upper bound is the length of a point of the simplex; the lower bound is a separation along it, or,
-/// for polytopes, along a direction perpendicular to the simplex's edges. Sets the weights.
+/// good a bound. The upper bound is the length of a point of the simplex; the lower bound is a separation along it, or
+/// along a direction perpendicular to the simplex's edges. Sets the weights.
 void refine(const MinkowskiDifference& d, const DescentLimits& limits, GjkResult& r) {
   constexpr int most_steps = 16;
   const auto close = [&limits](double upper) { return 2 * limits.rounding + limits.tolerance * upper; };

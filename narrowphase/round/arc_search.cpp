@@ -172,6 +172,8 @@ void search_face_arcs(Minima& m, int which, const FaceReach& reach) {
       return Sample{out, support(out)};
     };
     const Span span{sample(f), sample(g)};
+    // The normals of faces that are nearly in one plane may be exchanged by rounding.
+    if (!(circle.axis.dot(span.first.out.cross(span.last.out)) > 0)) return;
     for (const Sample* end : {&span.first, &span.last})
       if (end->out.dot(end->p) < m.best.h - m.rounding) m.try_from(end->out);
     SpanSearch(m, circle, 0, support, CircleFloor(other, circle, corner)).search(&span, 1);

@@ -39,8 +39,8 @@ class FaceReach {
     const double cosine = m_[0][f] * m_[0][g] + m_[1][f] * m_[1][g] + m_[2][f] * m_[2][g];
     // Between the faces of a thin plate, half a turn apart, both sides are differences of nearly equal terms.
     constexpr double rounding = 16 * epsilon;
-    const double most = std::max({h_[f], h_[g], std::abs(from_at_g), std::abs(to_at_f)});
-    const double level = std::min(p * h_[f] + q * from_at_g, p * to_at_f + q * h_[g]) - rounding * (p + q) * most;
+    const double largest = std::max({h_[f], h_[g], std::abs(from_at_g), std::abs(to_at_f)});
+    const double level = std::min(p * h_[f] + q * from_at_g, p * to_at_f + q * h_[g]) - rounding * (p + q) * largest;
     const double length2 = p * p + q * q + 2 * p * q * cosine + rounding * (p + q) * (p + q);
     return level >= 0 && level * level >= limit * limit * length2;
   }

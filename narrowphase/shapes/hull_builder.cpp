@@ -76,7 +76,31 @@ Frame find_frame(std::span<const Vec3> p, WorkMeter& meter) {
   return f;
 }
 
-// Andrew's monotone chain; counterclockwise in the frame's plane, without points collinear to rounding.
+using FlatPoints = std::span<const std::array<double, 2>>;
+
+// The polygon without corners that are, to rounding, on the edge between their neighbours; `rounding`: what the heights
+// of all corners left out there may add up to.
+std::vector<std::uint32_t> without_flat_corners(const std::vector<std::uint32_t>& loop, FlatPoints q, double rounding) {
+  std::vector<std::uint32_t> kept;
+  double lost = 0;
+  for (std::size_t i = 0; i < loop.size(); ++i) {
+    const std::uint32_t last = kept.empty() ? loop.front() : kept.front();
+    const auto &a = q[kept.empty() ? loop.back() : kept.back()], &b = q[loop[i]],
+               &c = q[i + 1 < loop.size() ? loop[i + 1] : last];
+    const double u = b[0] - a[0], v = b[1] - a[1], x = c[0] - a[0], y = c[1] - a[1];
+    const double height = (u * y - v * x) / std::sqrt(x * x + y * y);
+    const bool between = u * x + v * y > 0 && (x - u) * x + (y - v) * y > 0;
+    if (between && lost + height <= rounding) {
+      lost += height;
+    } else {
+      kept.push_back(loop[i]);
+      lost = 0;
+    }
+  }
+  return kept;
+}
+
+// Andrew's monotone chain; counterclockwise in the frame's plane, without collinear points.
 std::vector<std::uint32_t> flat_loop(std::span<const Vec3> p, const Frame& f) {
   std::vector<std::array<double, 2>> q(p.size());
   std::vector<std::uint32_t> order(p.size());
@@ -87,14 +111,12 @@ std::vector<std::uint32_t> flat_loop(std::span<const Vec3> p, const Frame& f) {
   }
   std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return q[a] < q[b]; });
   std::vector<std::uint32_t> loop;
-  const double rounding = 4 * epsilon * f.extent[0];  // of a height over the line between two others
   const auto chain = [&](auto begin, auto end) {
     const std::size_t base = loop.size();
     for (auto it = begin; it != end; ++it) {
       while (loop.size() >= base + 2) {
         const auto &a = q[loop[loop.size() - 2]], &b = q[loop.back()], &c = q[*it];
-        const double x = c[0] - a[0], y = c[1] - a[1];
-        if ((b[0] - a[0]) * y - (b[1] - a[1]) * x > rounding * (std::abs(x) + std::abs(y))) break;
+        if ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]) > 0) break;
         loop.pop_back();
       }
       loop.push_back(*it);
@@ -103,7 +125,7 @@ std::vector<std::uint32_t> flat_loop(std::span<const Vec3> p, const Frame& f) {
   };
   chain(order.begin(), order.end());
   chain(order.rbegin(), order.rend());
-  return loop;
+  return without_flat_corners(loop, q, 4 * epsilon * f.extent[0]);
 }
 
 // The directed edges of loops, sorted, with the face to the left of each.

@@ -50,6 +50,19 @@ void check(const Hull& hull, const std::vector<Vec3>& points) {
   for (const auto& s : sides) CHECK(sides.count({s[1], s[0]}) == 1);
 }
 
+// How far points lie beyond the sides of a flat hull, in its plane.
+double beyond_sides(const Hull& hull, const std::vector<Vec3>& points) {
+  const Hull::Face& face = hull.faces[0];
+  double most = 0;
+  for (std::uint32_t k = 0; k < face.count; ++k) {
+    const Vec3 &from = hull.vertices[hull.loop[face.first + k]],
+               &to = hull.vertices[hull.loop[face.first + (k + 1) % face.count]];
+    const Vec3 outward = (to - from).cross(face.normal).normalized();
+    for (const Vec3& p : points) most = std::max(most, outward.dot(p - from));
+  }
+  return most;
+}
+
 }  // namespace
 
 TEST_CASE("hull of a cube with points inside and on its faces has 8 vertices, 12 edges and 6 faces") {
@@ -92,6 +105,44 @@ TEST_CASE("hull of a point, a segment and a flat polygon") {
   for (const int corner : {0, 3, 12, 15})
     CHECK(std::count(polygon.vertices.begin(), polygon.vertices.end(), flat[static_cast<std::size_t>(corner)]) == 1);
   check(polygon, flat);
+}
+
+TEST_CASE("a flat hull keeps its corners and leaves out points on its edges, however many are nearly straight") {
+  std::mt19937_64 random(4);
+  std::uniform_real_distribution<double> coordinate(-2, 2);
+  int left_out = 0;
+  constexpr int triangles = 2000;
+  for (int i = 0; i < triangles; ++i) {
+    // Legs along and across the longest extent: the points of one have the same place along it, to rounding.
+    const Mat3 turn = random_turn(random).toRotationMatrix();
+    const double x = coordinate(random), y = coordinate(random), z = coordinate(random);
+    std::vector<Vec3> corners;
+    for (const Vec3& at : {Vec3(0, 0, 0), Vec3(2, 0, 0), Vec3(0, 1, 0)}) corners.push_back(Vec3(x, y, z) + turn * at);
+    std::vector<Vec3> points = corners;
+    for (const int k : {0, 1, 2}) {
+      const auto from = static_cast<std::size_t>(k), to = (from + 1) % 3;
+      points.push_back((corners[from] + corners[to]) / 2);
+    }
+    const Hull hull = build_hull(points);
+    for (const Vec3& corner : corners) CHECK(std::count(hull.vertices.begin(), hull.vertices.end(), corner) == 1);
+    if (hull.vertices.size() == 3) ++left_out;
+    check(hull, points);
+    CHECK(beyond_sides(hull, points) <= 1e-14);
+  }
+  CHECK(left_out > triangles / 2);
+
+  // A needle's tip is nearer than that to the line through its neighbours, but beyond them.
+  const std::vector<Vec3> needle{{0, 0, 0}, {1e-6, -1.2e-16, 0}, {1, -1e-10, 0}, {1, 1e-10, 0}};
+  CHECK(beyond_sides(build_hull(needle), needle) <= 1e-14);
+
+  // An edge that bulges by less from point to point than counts, and by more together.
+  constexpr int count = 4000;
+  std::vector<Vec3> arc{{0, -1, 0}};
+  for (int i = 0; i <= count; ++i) {
+    const double at = 2.0 * i / count - 1;
+    arc.emplace_back(at, 1e-12 * (1 - at * at), 0);
+  }
+  CHECK(beyond_sides(build_hull(arc), arc) <= 1e-14);
 }
 
 TEST_CASE("a hull's face whose corners lie on a line has a normal that bears its corners") {
