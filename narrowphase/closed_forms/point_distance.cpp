@@ -120,16 +120,18 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
   PointDistance best{};
   bool any = false, square = false;
   const double reach = std::sqrt(longest);
-  const Vec3* edge[3][2] = {{&a, &b}, {&b, &c}, {&c, &a}};
+  const Vec3* edge[3][3] = {{&a, &b, &c}, {&b, &c, &a}, {&c, &a, &b}};
   for (const auto& e : edge) {
     const PointToSegment to_edge = point_to_segment(*e[0], *e[1], p);
     const Vec3 along = *e[1] - *e[0];
     const double distance = to_edge.d.norm();
-    // Near a corner the edge has the more exact direction, though its distance may not be smaller, to rounding.
-    const double tie = (to_edge.square - square) * (tolerance::tie * best.signed_distance + epsilon * reach);
+    // Near a corner the edge has the more exact direction, though its distance may not be smaller, to rounding; of a
+    // sliver's two edges there the one whose direction has the third corner behind it.
+    const bool exact = to_edge.square && !(to_edge.d.dot(*e[2] - to_edge.from) > 0);
+    const double tie = (exact - square) * (tolerance::tie * best.signed_distance + epsilon * reach);
     if (any && !(distance < best.signed_distance + tie)) continue;
     any = true;
-    square = to_edge.square;
+    square = exact;
     Vec3 normal = Vec3::UnitX();
     if (distance > 0)
       normal = unit(to_edge.d, distance);

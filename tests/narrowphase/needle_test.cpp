@@ -87,6 +87,24 @@ TEST_CASE("slivers and long thin hulls with something much smaller: apart, touch
   }
 }
 
+TEST_CASE("a point beside a sliver's corner: the whole sliver is behind the plane through its nearest point") {
+  // The distances from the two edges there are the same number.
+  for (std::uint64_t seed = 0; seed < 20000; ++seed) {
+    CAPTURE(seed);
+    Random r(23000 + seed);
+    const Vec3 stretch{1, small(r, 0, 10), small(r, 0, 10)};
+    Triangle t;
+    for (Vec3& corner : t.vertices) corner = r.vec(-1, 1).cwiseProduct(stretch);
+    const Vec3 above = (t.vertices[1] - t.vertices[0]).cross(t.vertices[2] - t.vertices[0]).stableNormalized();
+    const Vec3& corner = t.vertices[static_cast<std::size_t>(r.below(3))];
+    const Pose at{Mat3::Identity(), corner + small(r, -1, 6) * (above + small(r, 0, 12) * r.direction())};
+    const PairAnswer answer = NarrowPhase().solve(Shape(t), {}, Shape(Sphere{0}), at, Request::distance);
+    double separation = infinity;
+    for (const Vec3& v : t.vertices) separation = std::min(separation, answer.normal.dot(at.translation - v));
+    REQUIRE(answer.signed_distance - separation <= allowed_error * (3 + at.translation.norm()));
+  }
+}
+
 TEST_CASE("slivers and specks that nearly touch: GJK's direction is the one that separates by its lower bound") {
   // A nearest point no farther than rounding has none; nor has one to which the last step led back.
   for (std::uint64_t seed = 0; seed < 3000; ++seed) {
