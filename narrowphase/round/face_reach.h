@@ -37,7 +37,8 @@ class FaceReach {
     if (to_at_f >= limit && h_[g] >= limit) return true;
     const double p = std::max(0.0, h_[g] - from_at_g), q = std::max(0.0, h_[f] - to_at_f);
     const double cosine = m_[0][f] * m_[0][g] + m_[1][f] * m_[1][g] + m_[2][f] * m_[2][g];
-    // Between the faces of a thin plate, half a turn apart, both sides are differences of nearly equal terms.
+    // The normals of a thin plate's faces are half a turn apart: the level and the length below are then differences
+    // of nearly equal terms.
     constexpr double rounding = 16 * epsilon;
     const double largest = std::max({h_[f], h_[g], std::abs(from_at_g), std::abs(to_at_f)});
     const double level = std::min(p * h_[f] + q * from_at_g, p * to_at_f + q * h_[g]) - rounding * (p + q) * largest;

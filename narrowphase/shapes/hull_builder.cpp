@@ -78,8 +78,8 @@ Frame find_frame(std::span<const Vec3> p, WorkMeter& meter) {
 
 using FlatPoints = std::span<const std::array<double, 2>>;
 
-// The polygon without corners that are, to rounding, on the edge between their neighbours; `rounding`: what the heights
-// of all corners left out there may add up to.
+// The polygon without the corners that lie, to rounding, between their neighbours on one edge. The heights above it of
+// all corners left out of an edge add up to at most `rounding`, metres.
 std::vector<std::uint32_t> without_flat_corners(const std::vector<std::uint32_t>& loop, FlatPoints q, double rounding) {
   std::vector<std::uint32_t> kept;
   double lost = 0;

@@ -153,7 +153,8 @@ bool ConvexInMesh::chord_constraint(const MeshConvexPair& there, std::uint32_t t
 ConvexInMesh::DeepPoint ConvexInMesh::deep_point(const Vec3& p, double ball, bool leads_out) const {
   const Vec3 in_mesh = pair_.in_mesh(p);
   const SurfacePoint near = nearest_point(pair_.model(), in_mesh, pair_.options().limit);
-  const Vec3 out = unit(near.at - in_mesh);  // whose length rounding may make another than the distance
+  // Not over near.distance: on an edge both are rounding errors, of different sizes.
+  const Vec3 out = unit(near.at - in_mesh);
   if (leads_out && is_inside(pair_.model(), in_mesh, pair_.options().limit)) return {ball + near.distance, out};
   return {ball - near.distance, -out};
 }
