@@ -368,9 +368,9 @@ inline constexpr double ends_at_standstill = 1e-15;
 /// solved twice.
 inline constexpr double near_surface = 1e-7;
 /// The thickness of the Minkowski difference of two polytopes, and so of their overlap, relative to the scale, below
-/// which the features of both are searched: planes of such narrow faces are off by rounding over the width times the
-/// length (at 1e-6 some 1e-12). Less: depths of needles off by that, and different ones with a warm start. More: more
-/// depths are searched twice.
+/// which the polytope is expanded in integers: in doubles, planes of such narrow faces are off by rounding over the
+/// width times the length (at 1e-6 some 1e-12). Less: depths of needles off by that, and different ones with a warm
+/// start. More: more depths are searched twice.
 inline constexpr double thin_overlap = 1e-4;
 /// The distance to the deepest corner, relative to the scale, up to which the features of corners are searched for a
 /// normal.

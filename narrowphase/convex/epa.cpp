@@ -12,14 +12,7 @@
 #include "tolerances.h"
 
 namespace tandem {
-namespace epa {
-namespace {
 
-// The cost of adding a point, in units of the work meter, and of the work until the limit is first checked: few
-// searches need more points.
-constexpr int a_point = 16, a_hundred_points = 100 * a_point;
-
-/// The origin's projection on a face: sets the points by the weights of its vertices, clamped to the face.
 void set_points(const MinkowskiPoint& a, const MinkowskiPoint& b, const MinkowskiPoint& c, EpaResult& r) {
   const Vec3 q = r.upper * r.normal;
   const Vec3 n = (b.w - a.w).cross(c.w - a.w);
@@ -31,6 +24,13 @@ void set_points(const MinkowskiPoint& a, const MinkowskiPoint& b, const Minkowsk
   r.point_a = (wa * a.a + wb * b.a + wc * c.a) / sum;
   r.point_b = r.point_a - (wa * a.w + wb * b.w + wc * c.w) / sum;
 }
+
+namespace epa {
+namespace {
+
+// The cost of adding a point, in units of the work meter, and of the work until the limit is first checked: few
+// searches need more points.
+constexpr int a_point = 16, a_hundred_points = 100 * a_point;
 
 /// A difference without volume: its depth is along its normal.
 void set_flat(const MinkowskiDifference& d, const Simplex& start, const Vec3& normal, EpaResult& r) {

@@ -12,6 +12,10 @@ struct EpaResult {
   Vec3 point_b = Vec3::Zero();  ///< the origin's projection (of coplanar faces, another one may)
 };
 
+/// Sets the points of a result whose upper bound and normal are known: by the weights of the origin's projection on the
+/// face with these corners, clamped to it.
+void set_points(const MinkowskiPoint& a, const MinkowskiPoint& b, const MinkowskiPoint& c, EpaResult& r);
+
 /// The expanding polytope algorithm (van den Bergen 2001) from the simplex where GJK stopped, in or near the origin.
 /// Offsets of faces are signed, so an origin outside by a rounding error does no harm. Flat and pointlike differences
 /// have depth 0. Bounded work; stops when upper - lower <= tolerance. Allocates only beyond 128 vertices.

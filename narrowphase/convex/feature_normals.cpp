@@ -15,9 +15,6 @@ namespace {
 
 constexpr int few_corners = 8;    // any two of so few count as an edge, any three as a face
 constexpr int most_corners = 64;  // among more than a few, only the hull's edges and faces count
-// Of a thin overlap, all corners of shapes with so few. With 16, a prism of 32 corners was 5e-12 m too deep in a sliver
-// of 1 m, twice in 2 million pairs. More: discs of 64 corners take 14 times as long.
-constexpr std::uint32_t searched_whole = 32;
 
 /// The corners of a core that are (almost) farthest along a direction.
 struct CornerSet {
@@ -204,25 +201,18 @@ double separation_along(const MinkowskiDifference& d, const Vec3& n) { return -n
 bool settle_by_features(const MinkowskiDifference& d, LocalAnswer& answer) {
   constexpr double near = tolerance::near_features;
   const double scale = d.scale(), rounding = 4 * epsilon * scale, claimed = answer.signed_distance;
-  // If they overlap and the bounds do not agree, or agree only to what sliver faces may hide, the least translation may
-  // be through any side.
-  const bool any_side = claimed < 0 && (answer.gap > 4 * rounding || claimed > -tolerance::thin_overlap * scale);
-  const double all = any_side ? 2 * (d.a.size + d.b.size) : 0;
-  // The normal claimed for a thin overlap may be as far from the right one as any.
-  const bool every =
-      any_side && may_be_thin(d) && std::max(corner_count(d.a), corner_count(d.b)) <= searched_whole;
   double best = separation_along(d, answer.normal);
   Vec3 n = answer.normal;
   for (int round = 0; round < 3; ++round) {
     const double before = best;
     const double band = std::max(near * scale, 4 * std::abs(claimed - best));
-    Features(d, n, every ? all : near * scale, std::max(band, all)).search(best, n);
+    Features(d, n, near * scale, band).search(best, n);
     if (!(best > before + rounding)) break;
   }
   if (std::abs(best - claimed) <= rounding && n == answer.normal) return false;
   answer.signed_distance = best;
   answer.normal = n;
-  answer.gap = std::max(0.0, claimed - best);
+  answer.gap = std::max(0.0, claimed + (claimed < 0 ? answer.gap : 0) - best);
   pair_points(d, answer);
   return true;
 }

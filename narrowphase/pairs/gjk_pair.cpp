@@ -2,6 +2,7 @@
 #include "pairs/gjk_pair.h"
 
 #include "convex/epa.h"
+#include "convex/exact_polytope.h"
 #include "convex/face_depth.h"
 #include "convex/feature_normals.h"
 #include "convex/gjk.h"
@@ -101,7 +102,11 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
   const bool polytopes = d.polytopes();
   const double scale = d.scale();
   CoreDistance core;
-  const EpaResult e = deep ? expand_all_around(d) : expand(d, r.simplex, exact);
+  EpaResult e = deep ? expand_all_around(d) : expand(d, r.simplex, exact);
+  // The planes of sliver faces of the difference have errors of rounding over their width, along all their length: the
+  // polytope may tear, and that of a thin overlap may end at another face than the nearest.
+  const double shallow = (may_be_thin(d) ? tolerance::thin_overlap : tolerance::near_surface) * scale;
+  if (polytopes && (e.upper < shallow || e.upper - e.lower > 16 * epsilon * scale)) expand_exactly(d, e);
   core.distance = -e.upper;
   core.at_most = -e.lower;
   answer.normal = e.normal;
@@ -112,11 +117,8 @@ CoreDistance expand_from(const MinkowskiDifference& d, const GjkResult& r, bool 
   const double reached = r.end == GjkResult::End::near               ? r.upper
                          : e.upper < tolerance::near_surface * scale ? r.v.norm()
                                                                      : 0.0;
-  // The planes of sliver faces of the difference have errors of rounding over their width, along all their length: the
-  // polytope of a thin difference may end at another face than the nearest.
-  const double shallow = may_be_thin(d) ? tolerance::thin_overlap : tolerance::near_surface;
-  core.doubtful =
-      polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale || e.upper < shallow * scale);
+  core.doubtful = polytopes && (reached > 16 * epsilon * scale || answer.gap > 16 * epsilon * scale ||
+                                e.upper < tolerance::near_surface * scale);
   const bool apart = r.end == GjkResult::End::near && r.upper > 0 &&
                      (r.lower > core.distance ? r.lower >= 0 : polytopes && core.distance > 0);
   if (apart) {
@@ -147,6 +149,8 @@ CoreDistance distance_from(const MinkowskiDifference& d, GjkResult& r, bool deep
   const double scale = d.scale();
   const bool weighs = r.end == GjkResult::End::inside ? !is_solid(d, r.simplex) : !polytopes;
   if (r.simplex.count > 0 && weighs) set_weights(r.simplex);
+  // Without a direction that separates, the nearest point may be that of a sliver in which the origin lies.
+  if (polytopes && r.end == GjkResult::End::separated && !(r.lower > 0)) r.end = GjkResult::End::near;
   if (r.end != GjkResult::End::separated) return expand_from(d, r, deep, exact, answer);
   CoreDistance core;
   core.distance = r.upper;

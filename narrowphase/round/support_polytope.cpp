@@ -135,7 +135,10 @@ double SupportPolytope::foot_margin(int face) const {
   for (int i = 0; i < 3; ++i) {
     const Vec3 &p = vertex_[f.v[i]], &q = vertex_[f.v[(i + 1) % 3]];
     const Vec3 in = f.normal.cross(q - p);
-    least = std::min(least, in.dot(foot - p) / in.norm());
+    const double margin = in.dot(foot - p) / in.norm();
+    // Of the two faces at an edge that the origin is on, neither may be left for the other.
+    const bool nearer = offset_[f.next[i]] < offset_[face];
+    least = std::min(least, nearer ? margin : std::max(margin, 0.0));
   }
   return least;
 }

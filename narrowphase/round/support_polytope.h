@@ -29,7 +29,8 @@ class SupportPolytope {
   /// The distance of a face's plane from the origin, if the face is still to be examined; else infinity.
   double offset(int i) const { return key_[i]; }
   void leave(int i) { key_[i] = infinity; }
-  /// The distance of the origin's projection on the face from the triangle's border, if inside; negative outside.
+  /// The distance of the origin's projection on the face from the triangle's border, if inside; negative only beyond an
+  /// edge whose other face is nearer the origin.
   double foot_margin(int face) const;
   /// Adds w, seen by `face`. False if there is no room, or rounding makes the horizon more than one loop.
   bool add(int face, const Vec3& w);

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "catch.h"
+#include "convex/exact_polytope.h"
 #include "convex/face_depth.h"
 #include "random_pairs.h"
 #include "round/support_descent.h"
@@ -88,6 +89,34 @@ TEST_CASE("depth by faces is the least over all normals of faces and products of
   }
   CHECK(found > 150);
   CHECK(by_edges > 20);
+}
+
+TEST_CASE("the exact polytope has the least depth of all normals, however much smaller or thinner one shape is") {
+  Random r(63);
+  const auto points = [&r](int count, double size, double thickness) {
+    Convex c;
+    for (int k = 0; k < count; ++k) c.vertices.push_back(size * r.vec(-1, 1).cwiseProduct(Vec3(1, 1, thickness)));
+    return Shape(c);
+  };
+  const auto small = [&r](double most) { return std::pow(10.0, -r.in(0, most)); };
+  int found = 0;
+  for (int i = 0; i < 1500; ++i) {
+    const double size = i % 2 == 0 ? 1 : small(8), thickness = i % 3 == 0 ? small(9) : 1;
+    const int count = 2 + i % 11;
+    const Shape a = points(4 + i % 12, 1, 1), b = points(count, size, thickness);
+    const ConvexView view_a = view(a), view_b = view(b);
+    const MinkowskiDifference d{view_a, view_b, relative(Pose{}, random_pose(r, i % 5 == 0 ? 0 : 0.3))};
+    EpaResult e;
+    CAPTURE(i, size, thickness, count);
+    REQUIRE(expand_exactly(d, e));
+    const double least = least_reach(corners_of(a), corners_of(b), d.pose);
+    CHECK(std::abs(e.normal.dot(d.support(e.normal).w) - e.upper) <= 4 * epsilon * d.scale());
+    if (!(least > 0)) continue;  // separated: the upper bound is that along some normal
+    ++found;
+    CHECK(e.upper <= least + 1e-14 * d.scale());
+    CHECK(e.lower >= e.upper - 16 * epsilon * d.scale());
+  }
+  CHECK(found > 700);
 }
 
 TEST_CASE("settling by itself reaches the distance, and from inside the minimum that it starts near") {

@@ -277,6 +277,17 @@ TEST_CASE("round: a stretched ellipsoid has no minimum too narrow to find") {
   check_by_judge(Shape(Ellipsoid{{0.3, 150, 0.083}}), {}, Shape(Cylinder{6.98, 0.25}), {turned, {0, 156.82, 0}});
 }
 
+TEST_CASE("round: of the two faces of a polytope at an edge that the origin is on, one is searched") {
+  // Concentric: every point of the difference has its opposite, and the first two vertices have the origin between them.
+  Pose pose;
+  pose.rotation << -0.37733555570648569, -0.89575898999261372, -0.2350185317099269, -0.83103165662257883,
+      0.21553548841213388, 0.51276782165622969, -0.40866155200949539, 0.38879337067696434, -0.825733280682591;
+  const PairAnswer r = NarrowPhase().solve(
+      Shape(Ellipsoid{{0.34161430732297388, 0.65046822951416905, 0.66394447279761482}}), {},
+      Shape(Ellipsoid{{0.60978274204198524, 0.28389302440756187, 0.0013736884453447815}}), pose, Request::distance);
+  CHECK(r.signed_distance == Approx(-0.64700367049).epsilon(1e-11));
+}
+
 TEST_CASE("round: a small shape deep in a large one is known to rounding") {
   // Every direction perpendicular to the large one's axis is equally good to a ten-thousandth.
   const NarrowPhase solver;

@@ -265,6 +265,14 @@ Mat3 rotation(Random& r, Build build) {
   return r.rotation();
 }
 
+/// Puts B about the middle of A, up to exactly there.
+void put_deep(PosedPair& p, Random& r) {
+  if (r.once_in(2)) scale(p.b.shape, small(r, 8));
+  const Vec3 along = r.direction();
+  const Vec3 aside = r.once_in(4) ? Vec3(Vec3::Zero()) : Vec3(0.3 * reach(p.a) * small(r, 12) * along);
+  p.b.pose.translation = p.a.pose.translation + aside;
+}
+
 }  // namespace
 
 void place(PosedPair& p, double gap) {
@@ -327,6 +335,7 @@ PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
   p.margin = (r.once_in(2) ? 0.1 : small(r, 9)) * size;
   if (p.margin == 0) p.margin = 0.1;
   if (options.unusual) make_unusual(p, r);
+  if (options.deep) put_deep(p, r);
   return p;
 }
 

@@ -21,6 +21,7 @@ struct DrawOptions {
   bool needles = false;
   bool rounded = false;  ///< one or both shapes are rounded
   bool unusual = false;  ///< modified by `make_unusual`
+  bool deep = false;     ///< B, often much smaller, is about the middle of A
 };
 
 /// The pair for a seed. Sizes within 1 or ratios up to 1e8; plump shapes, flat and thin ones to 1e-8, points, collinear

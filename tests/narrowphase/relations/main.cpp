@@ -47,6 +47,7 @@ struct Options {
   bool needles = false;             // A is a sliver or a long thin hull, B much smaller
   bool rounded = false;             // one or both shapes are rounded
   bool unusual = false;             // rare constructions (unusual.h)
+  bool deep = false;                // B about the middle of A
   bool raw = false;                 // without minimisation
   bool list = false;                // prints the pairs without checking them
   bool table = false;               // counts by kinds and relation, too
@@ -260,7 +261,7 @@ int run_records(const Options& options) {
 
 int run_random(const Options& options) {
   const DrawOptions draw{kind_of(options.a), kind_of(options.b), read_meshes(options.meshes, options.largest_mesh),
-                         options.needles,    options.rounded,    options.unusual};
+                         options.needles,    options.rounded,    options.unusual, options.deep};
   if (options.list) {
     for (std::uint64_t seed = options.seed; seed < options.seed + options.pairs; ++seed)
       std::puts(record(draw_pair(seed, draw), std::to_string(seed)).c_str());
@@ -297,6 +298,7 @@ int main(int argc, char** argv) {
       "--unusual", options.unusual,
       "only triangles given twice, hulls of thousands of points, stacks, one in another, thin walls, shapes far "
       "from their own origin, one shape twice, exact touches turned");
+  app.add_flag("--deep", options.deep, "B, often much smaller, is about the middle of A");
   app.add_option("--threads", options.threads, "number of threads, 0: one for each core; results do not depend on it")
       ->check(CLI::NonNegativeNumber);
   app.add_flag("--table", options.table, "also print failures by kinds and relation as a Markdown table");

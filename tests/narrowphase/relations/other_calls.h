@@ -10,6 +10,7 @@ std::string motions(const Case& c, Random& random);
 std::string contact_points(const Case& c, Random& random);
 std::string planes(const Case& c, Random& random);
 std::string along(const Case& c, Random& random);
+std::string least_depth(const Case& c, Random& random);
 std::string options(const Case& c, Random& random);
 std::string lanes(const Case& c, Random& random);
 std::string scene(const Case& c, Random& random);

@@ -760,6 +760,7 @@ constexpr std::array table{
     Relation{"contact-points", "a contact's point is within half its depth of both bodies", any, contact_points},
     Relation{"planes", "convex bodies lie behind the planes through their witness points", any, planes},
     Relation{"along", "the separation along a direction is no shorter than the depth, and separates", any, along},
+    Relation{"least-depth", "no translation found by trial is shorter than the depth", any, least_depth},
     Relation{"options", "another solver, a tolerance, other parts: the same within what was asked for", any, options},
     Relation{"lanes", "several pairs side by side have the bits they have alone", any, lanes},
     Relation{"scene", "a scene of one body answers as the pair", any, scene},
