@@ -67,7 +67,9 @@ class ExactPolytope {
 
  private:
   static constexpr std::size_t most_points = 4096;
-  static constexpr int a_point = 16;  ///< the cost of adding one, in units of the work meter
+  // The cost of adding one, in units of the work meter, and of the work until the limit is first checked: few searches
+  // need more points.
+  static constexpr int a_point = 16, a_hundred_points = 100 * a_point;
 
   struct Face {
     std::array<std::uint32_t, 3> corner;
@@ -94,7 +96,7 @@ class ExactPolytope {
   void choose_points(EpaResult& r) const;
 
   const MinkowskiDifference& d_;
-  double rounding_;  ///< an upper bound on the errors of offsets
+  double rounding_;  ///< an upper bound on the errors of offsets of faces
   int to_grid_;      ///< coordinates are multiples of 2^-to_grid_
   std::vector<GridPoint> points_;
   std::vector<Face> faces_;
@@ -162,7 +164,7 @@ void ExactPolytope::add(const GridPoint& p) {
 
 bool ExactPolytope::expand(EpaResult& r) {
   r.upper = infinity;
-  WorkMeter meter(d_.limit);
+  WorkMeter meter(d_.limit, a_hundred_points);
   double own = infinity;  // the least offset of the difference's own faces
   while (true) {
     meter.spend(a_point);
@@ -173,7 +175,7 @@ bool ExactPolytope::expand(EpaResult& r) {
     const GridPoint p = farthest(nearest->normal);
     const double h = nearest->normal.dot(p.point.w);
     if (h < r.upper) r.upper = h, r.normal = nearest->normal;
-    if (h - nearest->offset <= rounding_ || !sees(p, *nearest)) {
+    if (h - nearest->offset <= rounding_) {
       nearest->own = true;
       own = std::min(own, nearest->offset);
       continue;
@@ -188,9 +190,12 @@ bool ExactPolytope::expand(EpaResult& r) {
 
 /// Of the triangles in the nearest face, the one that holds the origin's projection has the points.
 void ExactPolytope::choose_points(EpaResult& r) const {
+  // Of hulls far from their own origins, supports are less exact than offsets, and may be below them all.
+  double lowest = infinity;
+  for (const Face& f : faces_) lowest = std::min(lowest, f.offset);
   double least = infinity;
   for (const Face& f : faces_) {
-    if (f.offset > r.upper + rounding_) continue;
+    if (f.offset > std::max(lowest, r.upper) + rounding_) continue;
     EpaResult by = r;
     set_points(points_[f.corner[0]].point, points_[f.corner[1]].point, points_[f.corner[2]].point, by);
     const double aside = (by.point_a - by.point_b - r.upper * r.normal).squaredNorm();

@@ -119,6 +119,25 @@ TEST_CASE("the exact polytope has the least depth of all normals, however much s
   CHECK(found > 700);
 }
 
+TEST_CASE("a cube and a tetrahedron that touch 1.6 km from their own origins have points on them") {
+  // There supports are less exact than the offsets of the exact polytope's faces, and below them all.
+  const Vec3 corner(941.41662498256073, -939.83771617656646, 916.94191929372505);
+  Convex cube;
+  for (int k = 0; k < 8; ++k) cube.vertices.push_back(corner + Vec3(k & 1 ? 1 : 0, k & 2 ? 1 : 0, k & 4 ? 1 : 0));
+  const Shape a(cube), b(Convex{{{1310.3374703645268, 170.46149856463094, -930.19454922160321},
+                                 {1310.6491867154289, 170.65769146478038, -930.83868061861506},
+                                 {1310.9815729861209, 169.78292035461294, -929.89972366654001},
+                                 {1310.7014796162857, 170.77373603614208, -930.90429225654873}}});
+  Pose pose;
+  pose.rotation << 0.090333585151693541, -0.31834109567637309, -0.94366243445270614, -0.9106019378237411,
+      0.35730049133666975, -0.20770283994741645, 0.40329140112986461, 0.87806338364274172, -0.25760578425293512;
+  pose.translation = {0.52840328767367151, 0.13831030067531469, 0.60661074569379014};
+  const PairAnswer r = NarrowPhase().solve(a, {}, b, pose, Request::distance);
+  const Vec3 half = Vec3::Constant(0.5), beside = (r.point_a - corner - half).cwiseAbs() - half;
+  CHECK(beside.maxCoeff() < 1e-9);
+  CHECK((r.point_a - r.point_b).norm() < 1e-9);
+}
+
 TEST_CASE("settling by itself reaches the distance, and from inside the minimum that it starts near") {
   Random r(62);
   constexpr ShapeKind round[] = {ShapeKind::cylinder, ShapeKind::cone, ShapeKind::ellipsoid};
