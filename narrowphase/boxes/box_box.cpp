@@ -121,6 +121,11 @@ Separation best_separation(const BoxAxes& x) {
   return best;
 }
 
+/// The component of n along B's axis k; summed as in the kernels for several pairs, as its sign may be that of rounding.
+double along_axis_of_b(const BoxAxes& x, const Vec3& n, int k) {
+  return n[0] * x.r[0][k] + (n[1] * x.r[1][k] + n[2] * x.r[2][k]);
+}
+
 /// The points of edge i of A and edge j of B where they pass each other along the normal.
 bool edges_witness(const BoxAxes& x, int i, int j, LocalAnswer& answer) {
   const Vec3& n = answer.normal;
@@ -128,7 +133,7 @@ bool edges_witness(const BoxAxes& x, int i, int j, LocalAnswer& answer) {
   const int i1 = next_of_three[i], i2 = last_of_three[i], j1 = next_of_three[j], j2 = last_of_three[j];
   // The edges' other coordinates, each in its own box; B's point is the one farthest against the normal.
   const auto against = [&](int k) {
-    return -std::copysign(x.b[k], n[0] * x.r[0][k] + n[1] * x.r[1][k] + n[2] * x.r[2][k]);
+    return -std::copysign(x.b[k], along_axis_of_b(x, n, k));
   };
   const double b1 = against(j1), b2 = against(j2);
   const auto on_line = [&](int k) { return x.t[k] + (x.r[k][j1] * b1 + x.r[k][j2] * b2); };
@@ -183,7 +188,7 @@ bool witness(const BoxAxes& x, int axis, LocalAnswer& answer) {
 bool nearest_points(const BoxAxes& x, const Vec3& n, Vec3& point_a, Vec3& point_b) {
   const double enough = tolerance::box_points * size(x);
   double u[3];
-  for (int k = 0; k < 3; ++k) u[k] = -std::copysign(x.b[k], n[0] * x.r[0][k] + n[1] * x.r[1][k] + n[2] * x.r[2][k]);
+  for (int k = 0; k < 3; ++k) u[k] = -std::copysign(x.b[k], along_axis_of_b(x, n, k));
   bool projected = false;
   for (int round = 0; round < 10; ++round) {
     for (int i = 0; i < 3; ++i) {
@@ -226,7 +231,7 @@ Vec3 axis_direction(const BoxAxes& x, int axis) {
     n = {x.r[0][axis - 3], x.r[1][axis - 3], x.r[2][axis - 3]};
   else
     n = edge_axis(x, (axis - 6) / 3, (axis - 6) % 3);
-  return n[0] * x.t[0] + n[1] * x.t[1] + n[2] * x.t[2] < 0 ? Vec3(-n) : n;
+  return n[0] * x.t[0] + (n[1] * x.t[1] + n[2] * x.t[2]) < 0 ? Vec3(-n) : n;
 }
 
 /// Sets what the manifold builder needs of an edge axis.
@@ -236,7 +241,7 @@ void describe_edges(const BoxAxes& x, BoxAnswer& answer) {
   answer.edges_cosine = std::abs(x.r[(answer.axis - 6) / 3][(answer.axis - 6) % 3]);
   answer.facing = n.cwiseAbs().maxCoeff();
   for (int k = 0; k < 3; ++k)
-    answer.facing = std::max(answer.facing, std::abs(n[0] * x.r[0][k] + n[1] * x.r[1][k] + n[2] * x.r[2][k]));
+    answer.facing = std::max(answer.facing, std::abs(along_axis_of_b(x, n, k)));
 }
 
 RelativePose relative_pose(const BoxAxes& x) {
