@@ -121,7 +121,7 @@ Separation best_separation(const BoxAxes& x) {
   return best;
 }
 
-/// The component of n along B's axis k; summed as in the kernels for several pairs, as its sign may be that of rounding.
+/// The component of n along B's axis k; summed as in the kernel for several pairs, as its sign may be that of rounding.
 double along_axis_of_b(const BoxAxes& x, const Vec3& n, int k) {
   return n[0] * x.r[0][k] + (n[1] * x.r[1][k] + n[2] * x.r[2][k]);
 }

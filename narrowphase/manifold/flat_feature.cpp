@@ -2,6 +2,7 @@
 #include "manifold/flat_feature.h"
 
 #include <bit>
+#include <optional>
 #include <tuple>
 
 #include "shapes/highest_faces.h"
@@ -26,6 +27,54 @@ struct CirclePolygon {
 };
 
 constexpr CirclePolygon circle;
+
+/// The directions from the middle of a face in which another feature lies, within a quarter turn of each other: from
+/// `lo` to `hi`, tangents of angles from the unit vector (x, y). Counterclockwise coordinates in the face's plane.
+struct Sector {
+  double x, y, lo, hi;
+};
+
+/// The sector of a feature's corners, in coordinates that `place` gives, widened by a quarter of its size; none if it
+/// is a point, or lies around the middle.
+template <class Place>
+std::optional<Sector> sector_of(const FlatFeature& other, const Place& place) {
+  double at[max_corners][2], x = 0, y = 0;
+  for (int i = 0; i < other.count; ++i) {
+    place(other.corner[i], at[i]);
+    x += at[i][0], y += at[i][1];
+  }
+  x /= other.count, y /= other.count;
+  const double distance = std::sqrt(x * x + y * y);
+  if (!(distance > 0)) return std::nullopt;
+  Sector s{x / distance, y / distance, infinity, -infinity};
+  double size2 = 0;
+  for (int i = 0; i < other.count; ++i) {
+    const double along = s.x * at[i][0] + s.y * at[i][1], across = s.x * at[i][1] - s.y * at[i][0];
+    if (!(along > std::abs(across))) return std::nullopt;
+    s.lo = std::min(s.lo, across / along), s.hi = std::max(s.hi, across / along);
+    size2 = std::max(size2, (at[i][0] - x) * (at[i][0] - x) + (at[i][1] - y) * (at[i][1] - y));
+  }
+  if (!(size2 > 0)) return std::nullopt;
+  const double wider = 0.25 * std::sqrt(size2) / distance;
+  s.lo -= wider, s.hi += wider;
+  return s;
+}
+
+constexpr int corners_beside = 3, corners_in_sector = max_corners - corners_beside;
+
+/// The polygon of a circle whose corners are in the sector, but for three.
+CirclePolygon polygon_in(const Sector& s) {
+  CirclePolygon p;
+  for (int i = 0; i < corners_in_sector; ++i) {
+    const double t = s.lo + (s.hi - s.lo) * i / (corners_in_sector - 1), length = std::sqrt(1 + t * t);
+    p.x[i] = (s.x - t * s.y) / length, p.y[i] = (s.y + t * s.x) / length;
+  }
+  const double beside[corners_beside][2] = {{-s.y, s.x}, {-s.x, -s.y}, {s.y, -s.x}};
+  for (int i = 0; i < corners_beside; ++i)
+    p.x[corners_in_sector + i] = beside[i][0], p.y[corners_in_sector + i] = beside[i][1];
+  p.x[max_corners] = p.x[0], p.y[max_corners] = p.y[0];
+  return p;
+}
 
 /// The last corner before a direction.
 int corner_before(double x, double y) {
@@ -64,16 +113,27 @@ void find_lowest_of_circle(double rho, double& x, double& y) {
 /// deepest point replaces the nearest corner. So the deepest point, the one opposite and those to either side nearly
 /// form a square, which supports a body equally well however it leans: with three fixed corners and the deepest point
 /// anywhere between them, stacks swayed for ever. A disc that counts as flat has no deepest point.
-void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bool counterclockwise) {
+///
+/// For another feature in a sector, the polygon's corners are there: between 16 all around, bodies smaller than a
+/// fiftieth of the radius would have no contacts at the rim.
+void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bool counterclockwise,
+                const FlatFeature* other) {
   const double width = counterclockwise ? radius : -radius;
-  for (int i = 0; i < max_corners; ++i) f.add({radius * circle.x[i], width * circle.y[i], z});
+  const auto place = [&](const Vec3& p, double* at) { at[0] = p[0], at[1] = std::copysign(1.0, width) * p[1]; };
+  std::optional<CirclePolygon> own;
+  if (const auto sector = other != nullptr ? sector_of(*other, place) : std::nullopt) own = polygon_in(*sector);
+  const CirclePolygon& polygon = own ? *own : circle;
+  for (int i = 0; i < max_corners; ++i) f.add({radius * polygon.x[i], width * polygon.y[i], z});
   const double rho = std::sqrt(towards[0] * towards[0] + towards[1] * towards[1]);
   if (!(rho > tolerance::alike)) return;
   double x = towards[0] / rho, y = std::copysign(1.0, width) * towards[1] / rho;
   find_lowest_of_circle(rho, x, y);
-  const int before = corner_before(x, y);
-  const auto cosine = [&](int i) { return circle.x[i] * x + circle.y[i] * y; };
-  f.lowest = (cosine(before + 1) > cosine(before) ? before + 1 : before) % max_corners;
+  const auto cosine = [&](int i) { return polygon.x[i] * x + polygon.y[i] * y; };
+  const int first = own ? 0 : corner_before(x, y), last = own ? max_corners - 1 : first + 1;
+  int nearest = first;
+  for (int i = first + 1; i <= last; ++i)
+    if (cosine(i) > cosine(nearest)) nearest = i;
+  f.lowest = nearest % max_corners;
   f.corner[f.lowest] = {radius * x, width * y, z};
 }
 
@@ -135,12 +195,12 @@ FlatFeature face_of_capsule(const ConvexView& v, const Vec3& d) {
 }
 
 /// For a cylinder, a disc as a polygon, else a line of its lateral surface.
-FlatFeature face_of_cylinder(const ConvexView& v, const Vec3& d) {
+FlatFeature face_of_cylinder(const ConvexView& v, const Vec3& d, const FlatFeature* other) {
   FlatFeature f;
   const double h = 0.5 * v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
   if (std::abs(d[2]) > rho) {
     f.normal = {0, 0, std::copysign(1.0, d[2])};
-    add_circle(f, v.param[0], std::copysign(h, d[2]), d, d[2] > 0);
+    add_circle(f, v.param[0], std::copysign(h, d[2]), d, d[2] > 0, other);
     f.id = d[2] > 0 ? 1 : 2;
   } else {
     const double x = v.param[0] * d[0] / rho, y = v.param[0] * d[1] / rho;
@@ -151,13 +211,13 @@ FlatFeature face_of_cylinder(const ConvexView& v, const Vec3& d) {
 }
 
 /// For a cone, its disc, else a line of its lateral surface.
-FlatFeature face_of_cone(const ConvexView& v, const Vec3& d) {
+FlatFeature face_of_cone(const ConvexView& v, const Vec3& d, const FlatFeature* other) {
   FlatFeature f;
   const double r = v.param[0], length = v.param[1], rho = std::sqrt(d[0] * d[0] + d[1] * d[1]);
   const double side = (length * rho + r * d[2]) / std::sqrt(r * r + length * length);
   if (-d[2] >= side) {
     f.normal = {0, 0, -1};
-    add_circle(f, r, -0.5 * length, d, false);
+    add_circle(f, r, -0.5 * length, d, false, other);
     f.id = 1;
   } else {
     f.add({0, 0, 0.5 * length});
@@ -166,17 +226,52 @@ FlatFeature face_of_cone(const ConvexView& v, const Vec3& d) {
   return f;
 }
 
+/// Adds corners first to last - 1 of a loop of numbers, thinned evenly to `most`, with the first.
+template <class Corner>
+void add_thinned(FlatFeature& f, std::uint32_t first, std::uint32_t last, std::uint32_t most, const Corner& corner) {
+  const std::uint32_t count = last - first, kept = std::min(count, most);
+  for (std::uint32_t i = 0; i < kept; ++i) f.add(corner(first + i * count / kept));
+}
+
+/// Adds the corners of a face with too many: those in the sector of the other feature and beside it, else evenly.
+void add_many_corners(FlatFeature& f, const ConvexView& v, const Hull::Face& face, const FlatFeature* other) {
+  const std::uint32_t* const loop = &v.hull->loop[face.first];
+  const auto corner = [&](std::uint32_t i) -> const Vec3& { return v.vertices[loop[i % face.count]]; };
+  Vec3 middle = Vec3::Zero();
+  for (std::uint32_t i = 0; i < face.count; ++i) middle += corner(i);
+  middle /= face.count;
+  const Vec3 along = any_perpendicular(face.normal), across = face.normal.cross(along);
+  const auto place = [&](const Vec3& p, double* at) { at[0] = along.dot(p - middle), at[1] = across.dot(p - middle); };
+  const auto sector = other != nullptr ? sector_of(*other, place) : std::nullopt;
+  if (!sector) return add_thinned(f, 0, face.count, max_corners, corner);
+  // The corners around: before the sector, in it, after it.
+  const auto side = [&](std::uint32_t i) {
+    double at[2];
+    place(corner(i), at);
+    const double x = sector->x * at[0] + sector->y * at[1], y = sector->x * at[1] - sector->y * at[0];
+    return x <= 0 ? (y < 0 ? -1 : 1) : y < sector->lo * x ? -1 : y > sector->hi * x ? 1 : 0;
+  };
+  std::uint32_t from = 0;
+  while (from < face.count && !(side(from) < 0 && side(from + 1) >= 0)) ++from;
+  std::uint32_t to = from + 1;
+  while (to < from + face.count && side(to) == 0) ++to;
+  add_thinned(f, from, to, corners_in_sector - 1, corner);
+  f.add(corner(to));
+  add_thinned(f, to + 1, from + face.count, corners_beside, corner);
+}
+
 /// For a hull or triangle, a face; for one without area the segment or point.
-FlatFeature face_of_hull(const ConvexView& v, const Vec3& d) {
+FlatFeature face_of_hull(const ConvexView& v, const Vec3& d, const FlatFeature* other) {
   FlatFeature f;
   if (v.hull != nullptr && !v.hull->faces.empty()) {
     const std::size_t best = facing_most(*v.hull, d);
     const Hull::Face& face = v.hull->faces[best];
     f.normal = face.normal;
     f.id = static_cast<std::uint32_t>(best);
-    // A face with too many corners is thinned evenly.
-    const std::uint32_t kept = std::min<std::uint32_t>(face.count, max_corners);
-    for (std::uint32_t i = 0; i < kept; ++i) f.add(v.vertices[v.hull->loop[face.first + i * face.count / kept]]);
+    if (face.count > max_corners)
+      add_many_corners(f, v, face, other);
+    else
+      for (std::uint32_t i = 0; i < face.count; ++i) f.add(v.vertices[v.hull->loop[face.first + i]]);
     return f;
   }
   if (v.vertices.size() == 3) {
@@ -196,19 +291,19 @@ FlatFeature face_of_hull(const ConvexView& v, const Vec3& d) {
 
 }  // namespace
 
-FlatFeature best_face(const ConvexView& v, const Vec3& d) {
+FlatFeature best_face(const ConvexView& v, const Vec3& d, const FlatFeature* other) {
   switch (v.kind) {
     case ShapeKind::box:
       return face_of_box(v, d);
     case ShapeKind::capsule:
       return face_of_capsule(v, d);
     case ShapeKind::cylinder:
-      return face_of_cylinder(v, d);
+      return face_of_cylinder(v, d, other);
     case ShapeKind::cone:
-      return face_of_cone(v, d);
+      return face_of_cone(v, d, other);
     case ShapeKind::convex:
     case ShapeKind::triangle:
-      return face_of_hull(v, d);
+      return face_of_hull(v, d, other);
     case ShapeKind::sphere:
     case ShapeKind::ellipsoid:
     case ShapeKind::halfspace:
@@ -220,6 +315,10 @@ FlatFeature best_face(const ConvexView& v, const Vec3& d) {
   FlatFeature f;
   f.add(core_support(v, d) + core_radius(v) * d);
   return f;
+}
+
+bool has_more_corners(const ConvexView& v, const FlatFeature& face) {
+  return face.count == max_corners && (v.hull == nullptr || v.hull->faces[face.id].count > max_corners);
 }
 
 FlatFeature flush_edge(const ConvexView& v, const Vec3& d) {

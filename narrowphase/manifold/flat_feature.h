@@ -25,7 +25,11 @@ struct FlatFeature {
 };
 
 /// The face most aligned with d (unit, in the shape's frame), or the edge or point that represents it on round shapes.
-FlatFeature best_face(const ConvexView& v, const Vec3& d);
+/// Of more than `max_corners` corners those around `other` (in the shape's frame) are kept, if that is given and lies
+/// on one side of the face's middle; else some all around.
+FlatFeature best_face(const ConvexView& v, const Vec3& d, const FlatFeature* other = nullptr);
+/// True if the face has only some of its corners.
+bool has_more_corners(const ConvexView& v, const FlatFeature& face);
 
 /// The edge that lies in the contact plane with outward normal d; none (count 0) if d is not a normal of an edge.
 FlatFeature flush_edge(const ConvexView& v, const Vec3& d);

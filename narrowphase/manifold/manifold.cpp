@@ -25,6 +25,32 @@ bool set_deepest(PatchPoint* points, int count, double depth, double slack) {
   return true;
 }
 
+namespace {
+
+/// The features of two shapes that face each other.
+struct FacingFeatures {
+  FlatFeature a, b;  ///< both in A's frame
+};
+
+/// Those along n. Of faces with too many corners those where the other feature lies are kept.
+FacingFeatures facing_features(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const Vec3& n) {
+  const Mat3 back = relative.rotation.transpose();
+  const Vec3 towards_a = -(back * n);
+  FacingFeatures f{best_face(a, n), best_face(b, towards_a)};
+  const bool more_of_a = has_more_corners(a, f.a), more_of_b = has_more_corners(b, f.b);
+  if (more_of_a || more_of_b) {
+    FlatFeature a_in_b = f.a, b_in_a = f.b;
+    move(a_in_b, {back, -(back * relative.translation)});
+    move(b_in_a, relative);
+    if (more_of_a) f.a = best_face(a, n, &b_in_a);
+    if (more_of_b) f.b = best_face(b, towards_a, &a_in_b);
+  }
+  move(f.b, relative);
+  return f;
+}
+
+}  // namespace
+
 void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePose& relative, const LocalAnswer& answer,
                      double margin, const Pose& pose_a, std::vector<Contact>& contacts, bool whole) {
   if (answer.signed_distance > margin) return;
@@ -35,9 +61,8 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
   const bool point_like = a.kind == ShapeKind::sphere || b.kind == ShapeKind::sphere ||
                           a.kind == ShapeKind::ellipsoid || b.kind == ShapeKind::ellipsoid;
   if (!point_like) {
-    const Vec3 towards_a = -(relative.rotation.transpose() * n);
-    FlatFeature fa = best_face(a, n), fb = best_face(b, towards_a);
-    move(fb, relative);
+    FacingFeatures facing = facing_features(a, b, relative, n);
+    FlatFeature &fa = facing.a, &fb = facing.b;
     const double flat_a = fa.is_face() ? fa.normal.dot(n) : 0, flat_b = fb.is_face() ? -fb.normal.dot(n) : 0;
     // Two equally aligned faces: A's is the reference, except that a leaning disc is always the incident one, because
     // its deepest point must remain.
@@ -49,7 +74,7 @@ void append_manifold(const ConvexView& a, const ConvexView& b, const RelativePos
       count = clip_faces(fb, fa, -n, true, margin, -answer.signed_distance, slack, points);
     } else {
       fa = flush_edge(a, n);
-      if (fa.count == 2) fb = flush_edge(b, towards_a);
+      if (fa.count == 2) fb = flush_edge(b, -(relative.rotation.transpose() * n));
       if (fa.count == 2 && fb.count == 2) {
         move(fb, relative);
         count = overlap_edges(fa, fb, answer, margin, a.size + b.size, points);

@@ -2,6 +2,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "catch.h"
 #include "manifold/feature_overlap.h"
@@ -257,6 +258,32 @@ TEST_CASE("manifold: the points of a stack span what the faces share") {
     }
     CHECK((hi - lo).head<2>().minCoeff() > 0.05);
   }
+}
+
+TEST_CASE("manifold: small boxes by the rim of a disc, or of a face of many corners, stand on all four of theirs") {
+  Convex prism;
+  for (const double z : {-0.5, 0.5})
+    for (int i = 0; i < 64; ++i)
+      prism.vertices.push_back({std::cos(i * std::numbers::pi / 32), std::sin(i * std::numbers::pi / 32), z});
+  for (const Shape& table : {Shape(Cylinder{1, 1}), Shape(prism)})
+    for (const double size : {0.1, 0.02, 0.01, 0.001, 1e-4})
+      for (int i = 0; i < 48; ++i) {
+        const Shape box(Box{Vec3::Constant(size)});
+        const Mat3 turn = Eigen::AngleAxisd(0.1 + i * std::numbers::pi / 24, Vec3::UnitZ()).toRotationMatrix();
+        // Its outer corners are a tenth of its size off the rim, which between 64 corners is 1.2e-3 farther in.
+        const double reach = std::sqrt(1 - 0.25 * size * size) - 1.3e-3 - 0.6 * size;
+        const Pose on_it{turn, turn * Vec3(reach, 0, 0.5 + 0.5 * size - 1e-3 * size)};
+        CAPTURE(name(table.kind()), size, i);
+        for (const bool exchanged : {false, true}) {
+          const auto patch = exchanged ? contacts_of(box, on_it, table, {}) : contacts_of(table, {}, box, on_it);
+          REQUIRE(patch.size() == 4);
+          for (const Contact& c : patch) {
+            const Vec3 p = turn.transpose() * (c.point - on_it.translation);
+            CHECK(std::abs(std::abs(p[0]) - 0.5 * size) < 1e-6 * size);
+            CHECK(std::abs(std::abs(p[1]) - 0.5 * size) < 1e-6 * size);
+          }
+        }
+      }
 }
 
 TEST_CASE("manifold: two capsules side by side touch at both ends of the stretch, crossing ones once") {
