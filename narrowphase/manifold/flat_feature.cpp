@@ -55,7 +55,8 @@ std::optional<Sector> sector_of(const FlatFeature& other, const Place& place) {
     size2 = std::max(size2, (at[i][0] - x) * (at[i][0] - x) + (at[i][1] - y) * (at[i][1] - y));
   }
   if (!(size2 > 0)) return std::nullopt;
-  const double wider = 0.25 * std::sqrt(size2) / distance;
+  constexpr double widest = 0.5;  // of a feature whose corners are mostly at one end
+  const double wider = std::min(0.25 * std::sqrt(size2) / distance, widest);
   s.lo -= wider, s.hi += wider;
   return s;
 }
@@ -114,8 +115,8 @@ void find_lowest_of_circle(double rho, double& x, double& y) {
 /// form a square, which supports a body equally well however it leans: with three fixed corners and the deepest point
 /// anywhere between them, stacks swayed for ever. A disc that counts as flat has no deepest point.
 ///
-/// For another feature in a sector, the polygon's corners are there: between 16 all around, bodies smaller than a
-/// fiftieth of the radius would have no contacts at the rim.
+/// For another feature in a sector, the polygon's corners are there, and move with it: between 16 all around, bodies
+/// smaller than a fiftieth of the radius would have no contacts at the rim.
 void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bool counterclockwise,
                 const FlatFeature* other) {
   const double width = counterclockwise ? radius : -radius;
@@ -128,11 +129,14 @@ void add_circle(FlatFeature& f, double radius, double z, const Vec3& towards, bo
   if (!(rho > tolerance::alike)) return;
   double x = towards[0] / rho, y = std::copysign(1.0, width) * towards[1] / rho;
   find_lowest_of_circle(rho, x, y);
-  const auto cosine = [&](int i) { return polygon.x[i] * x + polygon.y[i] * y; };
+  // By distances: cosines of the corners in a small sector are all 1.
+  const auto distance2 = [&](int i) {
+    return (polygon.x[i] - x) * (polygon.x[i] - x) + (polygon.y[i] - y) * (polygon.y[i] - y);
+  };
   const int first = own ? 0 : corner_before(x, y), last = own ? max_corners - 1 : first + 1;
   int nearest = first;
   for (int i = first + 1; i <= last; ++i)
-    if (cosine(i) > cosine(nearest)) nearest = i;
+    if (distance2(i) < distance2(nearest)) nearest = i;
   f.lowest = nearest % max_corners;
   f.corner[f.lowest] = {radius * x, width * y, z};
 }
