@@ -284,7 +284,7 @@ TEST_CASE("round: of the two faces of a polytope at an edge that the origin is o
       0.21553548841213388, 0.51276782165622969, -0.40866155200949539, 0.38879337067696434, -0.825733280682591;
   const PairAnswer r = NarrowPhase().solve(
       Shape(Ellipsoid{{0.34161430732297388, 0.65046822951416905, 0.66394447279761482}}), {},
-      Shape(Ellipsoid{{0.60978274204198524, 0.28389302440756187, 0.0013736884453447815}}), pose, Request::distance);
+      Shape(Ellipsoid{{0.60978274204198524, 0.28389302440756187, 0.0013736884503447815}}), pose, Request::distance);
   CHECK(r.signed_distance == Approx(-0.64700367049).epsilon(1e-11));
 }
 
