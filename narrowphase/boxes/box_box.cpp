@@ -132,9 +132,7 @@ bool edges_witness(const BoxAxes& x, int i, int j, LocalAnswer& answer) {
   const double s = answer.signed_distance;
   const int i1 = next_of_three[i], i2 = last_of_three[i], j1 = next_of_three[j], j2 = last_of_three[j];
   // The edges' other coordinates, each in its own box; B's point is the one farthest against the normal.
-  const auto against = [&](int k) {
-    return -std::copysign(x.b[k], along_axis_of_b(x, n, k));
-  };
+  const auto against = [&](int k) { return -std::copysign(x.b[k], along_axis_of_b(x, n, k)); };
   const double b1 = against(j1), b2 = against(j2);
   const auto on_line = [&](int k) { return x.t[k] + (x.r[k][j1] * b1 + x.r[k][j2] * b2); };
   const double a1 = std::copysign(x.a[i1], n[i1]), a2 = std::copysign(x.a[i2], n[i2]);

@@ -28,10 +28,6 @@ void set_points(const MinkowskiPoint& a, const MinkowskiPoint& b, const Minkowsk
 namespace epa {
 namespace {
 
-// The cost of adding a point, in units of the work meter, and of the work until the limit is first checked: few
-// searches need more points.
-constexpr int a_point = 16, a_hundred_points = 100 * a_point;
-
 /// A difference without volume: its depth is along its normal.
 void set_flat(const MinkowskiDifference& d, const Simplex& start, const Vec3& normal, EpaResult& r) {
   r.normal = normal;

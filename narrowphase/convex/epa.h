@@ -12,6 +12,12 @@ struct EpaResult {
   Vec3 point_b = Vec3::Zero();  ///< the origin's projection (of coplanar faces, another one may)
 };
 
+namespace epa {
+/// The cost of adding a point, in units of the work meter, and of the work until the limit is first checked: few
+/// searches need more points.
+inline constexpr int a_point = 16, a_hundred_points = 100 * a_point;
+}  // namespace epa
+
 /// Sets the points of a result whose upper bound and normal are known: by the weights of the origin's projection on the
 /// face with these corners, clamped to it.
 void set_points(const MinkowskiPoint& a, const MinkowskiPoint& b, const MinkowskiPoint& c, EpaResult& r);

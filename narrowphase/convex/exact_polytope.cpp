@@ -67,9 +67,6 @@ class ExactPolytope {
 
  private:
   static constexpr std::size_t most_points = 4096;
-  // The cost of adding one, in units of the work meter, and of the work until the limit is first checked: few searches
-  // need more points.
-  static constexpr int a_point = 16, a_hundred_points = 100 * a_point;
 
   struct Face {
     std::array<std::uint32_t, 3> corner;
@@ -164,10 +161,10 @@ void ExactPolytope::add(const GridPoint& p) {
 
 bool ExactPolytope::expand(EpaResult& r) {
   r.upper = infinity;
-  WorkMeter meter(d_.limit, a_hundred_points);
+  WorkMeter meter(d_.limit, epa::a_hundred_points);
   double own = infinity;  // the least offset of the difference's own faces
   while (true) {
-    meter.spend(a_point);
+    meter.spend(epa::a_point);
     const auto nearest = std::min_element(faces_.begin(), faces_.end(), [](const Face& f, const Face& g) {
       return f.own != g.own ? g.own : f.offset < g.offset;
     });

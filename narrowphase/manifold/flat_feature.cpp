@@ -241,12 +241,13 @@ void add_thinned(FlatFeature& f, std::uint32_t first, std::uint32_t last, std::u
 void add_many_corners(FlatFeature& f, const ConvexView& v, const Hull::Face& face, const FlatFeature* other) {
   const std::uint32_t* const loop = &v.hull->loop[face.first];
   const auto corner = [&](std::uint32_t i) -> const Vec3& { return v.vertices[loop[i % face.count]]; };
+  if (other == nullptr) return add_thinned(f, 0, face.count, max_corners, corner);
   Vec3 middle = Vec3::Zero();
   for (std::uint32_t i = 0; i < face.count; ++i) middle += corner(i);
   middle /= face.count;
   const Vec3 along = any_perpendicular(face.normal), across = face.normal.cross(along);
   const auto place = [&](const Vec3& p, double* at) { at[0] = along.dot(p - middle), at[1] = across.dot(p - middle); };
-  const auto sector = other != nullptr ? sector_of(*other, place) : std::nullopt;
+  const auto sector = sector_of(*other, place);
   if (!sector) return add_thinned(f, 0, face.count, max_corners, corner);
   // The corners around: before the sector, in it, after it.
   const auto side = [&](std::uint32_t i) {
