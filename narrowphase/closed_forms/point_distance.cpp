@@ -79,20 +79,38 @@ PointDistance to_cone(double radius, double length, const Vec3& p) {
 /// The vector to p from the nearest point of the segment: perpendicular to it, or from an end.
 struct PointToSegment {
   Vec3 from, d;
-  bool square;
 };
 PointToSegment point_to_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
   const Vec3 ab = b - a;
   // From both ends: a small distance from the nearer one would be lost in the length.
   const double from_a = (p - a).dot(ab), from_b = (b - p).dot(ab), length2 = ab.squaredNorm();
-  if (!(from_a > 0)) return {a, p - a, false};
-  if (!(from_b > 0)) return {b, p - b, false};
+  if (!(from_a > 0)) return {a, p - a};
+  if (!(from_b > 0)) return {b, p - b};
   const bool first = from_a <= from_b;
   const Vec3& end = first ? a : b;
   const Vec3 along = (first ? from_a : -from_b) / length2 * ab;
   // From that end, not from the point on the segment, which is rounded where coordinates are large relative to d.
   const Vec3 d = (p - end) - along;
-  return {end + along, d - (d.dot(ab) / length2) * ab, true};  // removes what rounding left along the segment
+  return {end + along, d - (d.dot(ab) / length2) * ab};  // removes what rounding left along the segment
+}
+
+/// The vector to p from the nearest point of a triangle's sides. Near a corner a side and the corner are equally near,
+/// to rounding, while their directions differ by up to its square root: of two such the one that separates p from the
+/// triangle farther.
+PointToSegment nearest_edge(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
+  const double reach = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
+  // Times the length of d: how far all corners lie behind the plane through p across d.
+  const auto separation = [&](const Vec3& d) { return std::min({d.dot(p - a), d.dot(p - b), d.dot(p - c)}); };
+  PointToSegment best = point_to_segment(a, b, p);
+  double least = best.d.norm();
+  for (const PointToSegment& next : {point_to_segment(b, c, p), point_to_segment(c, a, p)}) {
+    const double distance = next.d.norm(), tie = tolerance::tie * least + epsilon * reach;
+    if (distance > least + tie) continue;
+    if (distance > least - tie && !(separation(next.d) * least > separation(best.d) * distance)) continue;
+    least = distance;
+    best = next;
+  }
+  return best;
 }
 
 PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
@@ -117,30 +135,13 @@ PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec
     // By the edges, since from far away the distances to two corners are the same number.
     if (n.dot(pa.cross(ab)) >= 0 && n.dot(pb.cross(bc)) >= 0 && n.dot(ac.cross(pc)) >= 0) return above;
   }
-  PointDistance best{};
-  bool any = false, square = false;
-  const double reach = std::sqrt(longest);
-  const Vec3* edge[3][3] = {{&a, &b, &c}, {&b, &c, &a}, {&c, &a, &b}};
-  for (const auto& e : edge) {
-    const PointToSegment to_edge = point_to_segment(*e[0], *e[1], p);
-    const Vec3 along = *e[1] - *e[0];
-    const double distance = to_edge.d.norm();
-    // Near a corner the edge has the more exact direction, though its distance may not be smaller, to rounding; of a
-    // sliver's two edges there the one whose direction has the third corner behind it.
-    const bool exact = to_edge.square && !(to_edge.d.dot(*e[2] - to_edge.from) > 0);
-    const double tie = (exact - square) * (tolerance::tie * best.signed_distance + epsilon * reach);
-    if (any && !(distance < best.signed_distance + tie)) continue;
-    any = true;
-    square = exact;
-    Vec3 normal = Vec3::UnitX();
-    if (distance > 0)
-      normal = unit(to_edge.d, distance);
-    else if (length > 0)
-      normal = unit(n, length);
-    else if (along.squaredNorm() > 0)
-      normal = any_perpendicular(along);
-    best = {distance, to_edge.from, normal};
-  }
+  const PointToSegment nearest = nearest_edge(a, b, c, p);
+  const double distance = nearest.d.norm();
+  const Vec3 normal = distance > 0  ? unit(nearest.d, distance)
+                      : length > 0  ? unit(n, length)
+                      : longest > 0 ? any_perpendicular(side)
+                                    : Vec3::UnitX();
+  PointDistance best{distance, nearest.from, normal};
   // Within rounding of the circle the direction between points that nearly touch is noise, while the plane's normal is
   // not.
   if (area && (best.nearest - above.nearest).squaredNorm() <= tolerance::lost2 * longest) {

@@ -87,15 +87,20 @@ TEST_CASE("slivers and long thin hulls with something much smaller: apart, touch
   }
 }
 
-TEST_CASE("a point beside a sliver's corner: the whole sliver is behind the plane through its nearest point") {
-  // The distances from the two edges there are the same number.
+TEST_CASE("a point beside a triangle's corner: the whole triangle is behind the plane through its nearest point") {
+  // The distances from the two edges there are the same number. Of every four triangles two are slivers, one has two
+  // equal corners, and one has three in a line.
   for (std::uint64_t seed = 0; seed < 20000; ++seed) {
     CAPTURE(seed);
     Random r(23000 + seed);
     const Vec3 stretch{1, small(r, 0, 10), small(r, 0, 10)};
     Triangle t;
     for (Vec3& corner : t.vertices) corner = r.vec(-1, 1).cwiseProduct(stretch);
-    const Vec3 above = (t.vertices[1] - t.vertices[0]).cross(t.vertices[2] - t.vertices[0]).stableNormalized();
+    if (seed % 4 == 2) t.vertices[2] = t.vertices[1];
+    if (seed % 4 == 3) t.vertices[2] = (t.vertices[0] + t.vertices[1]) / 2;
+    const Vec3 edge = t.vertices[1] - t.vertices[0];
+    const Vec3 above =
+        seed % 4 < 2 ? Vec3(edge.cross(t.vertices[2] - t.vertices[0]).stableNormalized()) : edge.unitOrthogonal();
     const Vec3& corner = t.vertices[static_cast<std::size_t>(r.below(3))];
     const Pose at{Mat3::Identity(), corner + small(r, -1, 6) * (above + small(r, 0, 12) * r.direction())};
     const PairAnswer answer = NarrowPhase().solve(Shape(t), {}, Shape(Sphere{0}), at, Request::distance);
