@@ -175,38 +175,47 @@ using AnyExactPair =
 
 }  // namespace predicates
 
-// Transforms triangles to the world in integers, in a unit that fits both.
+/// Transforms points of two shapes, A and B, to the world in integers, in a unit that fits both.
 class ExactPlaces {
  public:
   ExactPlaces(const Pose& pose_a, const Pose& pose_b)
       : pose_{predicates::DyadicPose(pose_a), predicates::DyadicPose(pose_b)} {}
 
-  predicates::AnyExactPair operator()(const predicates::Corners& a, const predicates::Corners& b) const {
-    const Dyadics corners[2] = {dyadic(a), dyadic(b)};
-    int low = std::numeric_limits<int>::max(), high = std::numeric_limits<int>::min();
-    for (std::size_t s = 0; s < 2; ++s) {
-      for (const Dyadic& t : pose_[s].translation)
-        if (t.mantissa) low = std::min(low, t.exponent), high = std::max(high, t.top());
-      for (std::size_t j = 0; j < 3; ++j) {
-        Range column, coordinate;
-        for (std::size_t i = 0; i < 3; ++i) column.add(pose_[s].rotation[3 * i + j]);
-        for (std::size_t c = 0; c < 3; ++c) coordinate.add(corners[s][c][j]);
-        if (column.empty() || coordinate.empty()) continue;
-        low = std::min(low, column.low + coordinate.low);
-        high = std::max(high, column.high + coordinate.high);
-      }
-    }
+  /// Calls `ask` with the places of A's points and of B's: arrays of points whose coordinates are integers in one unit.
+  /// Determinants of three differences of them fit their type.
+  template <std::size_t A, std::size_t B, class Ask>
+  auto visit(const std::array<Vec3, A>& points_a, const std::array<Vec3, B>& points_b, Ask&& ask) const {
+    const auto a = dyadic(points_a);
+    const auto b = dyadic(points_b);
+    Range range;
+    include(a, pose_[0], range);
+    include(b, pose_[1], range);
+    const auto asked = [&]<class N>(N) {
+      std::array<predicates::Point<N>, A> placed_a;
+      std::array<predicates::Point<N>, B> placed_b;
+      place(a, pose_[0], range.low, placed_a);
+      place(b, pose_[1], range.low, placed_b);
+      return ask(placed_a, placed_b);
+    };
     // A coordinate is a sum of four terms; a determinant of differences then leaves the top bits unused.
-    const int bits = high < low ? 0 : high - low + 2;
-    if (bits <= 2 * 64 - 4) return pair<WideInt<2>>(corners, low);
-    if (bits <= 4 * 64 - 4) return pair<WideInt<4>>(corners, low);
-    if (bits <= 8 * 64 - 4) return pair<WideInt<8>>(corners, low);
-    return pair<UnboundedInt>(corners, low);
+    const int bits = range.empty() ? 0 : range.high - range.low + 2;
+    if (bits <= 2 * 64 - 4) return asked(WideInt<2>());
+    if (bits <= 4 * 64 - 4) return asked(WideInt<4>());
+    if (bits <= 8 * 64 - 4) return asked(WideInt<8>());
+    return asked(UnboundedInt());
+  }
+  predicates::AnyExactPair operator()(const predicates::Corners& a, const predicates::Corners& b) const {
+    return visit(a, b,
+                 []<class N>(const std::array<predicates::Point<N>, 3>& p,
+                             const std::array<predicates::Point<N>, 3>& q) -> predicates::AnyExactPair {
+                   predicates::ExactPair<N> pair;
+                   pair.a.p = p;
+                   pair.b.p = q;
+                   return pair;
+                 });
   }
 
  private:
-  using Dyadics = std::array<predicates::Point<Dyadic>, 3>;
-
   struct Range {
     int low = std::numeric_limits<int>::max(), high = std::numeric_limits<int>::min();
     void add(const Dyadic& x) {
@@ -215,29 +224,37 @@ class ExactPlaces {
     bool empty() const { return high < low; }
   };
 
-  static Dyadics dyadic(const predicates::Corners& t) {
-    Dyadics r;
-    for (std::size_t c = 0; c < 3; ++c)
-      for (std::size_t k = 0; k < 3; ++k) r[c][k] = Dyadic(t[c][static_cast<Eigen::Index>(k)]);
+  template <std::size_t Count>
+  static std::array<predicates::Point<Dyadic>, Count> dyadic(const std::array<Vec3, Count>& points) {
+    std::array<predicates::Point<Dyadic>, Count> r;
+    for (std::size_t c = 0; c < Count; ++c)
+      for (std::size_t k = 0; k < 3; ++k) r[c][k] = Dyadic(points[c][static_cast<Eigen::Index>(k)]);
     return r;
   }
-  template <class N>
-  predicates::ExactPair<N> pair(const Dyadics (&corners)[2], int low) const {
-    predicates::ExactPair<N> r;
-    place(corners[0], pose_[0], low, r.a.p);
-    place(corners[1], pose_[1], low, r.b.p);
-    return r;
+  /// Extends the range of exponents by the terms of the points' places.
+  template <std::size_t Count>
+  static void include(const std::array<predicates::Point<Dyadic>, Count>& points, const predicates::DyadicPose& pose,
+                      Range& range) {
+    for (const Dyadic& t : pose.translation) range.add(t);
+    for (std::size_t j = 0; j < 3; ++j) {
+      Range column, coordinate;
+      for (std::size_t i = 0; i < 3; ++i) column.add(pose.rotation[3 * i + j]);
+      for (const auto& p : points) coordinate.add(p[j]);
+      if (column.empty() || coordinate.empty()) continue;
+      range.low = std::min(range.low, column.low + coordinate.low);
+      range.high = std::max(range.high, column.high + coordinate.high);
+    }
   }
-  template <class N>
-  static void place(const Dyadics& corners, const predicates::DyadicPose& pose, int low,
-                    std::array<predicates::Point<N>, 3>& p) {
-    for (std::size_t c = 0; c < 3; ++c)
+  template <class N, std::size_t Count>
+  static void place(const std::array<predicates::Point<Dyadic>, Count>& points, const predicates::DyadicPose& pose,
+                    int low, std::array<predicates::Point<N>, Count>& places) {
+    for (std::size_t c = 0; c < Count; ++c)
       for (std::size_t i = 0; i < 3; ++i) {
         const Dyadic& t = pose.translation[i];
-        N& x = p[c][i];
+        N& x = places[c][i];
         if (t.mantissa) x.add(t.mantissa, static_cast<unsigned>(t.exponent - low), t.negative);
         for (std::size_t j = 0; j < 3; ++j) {
-          const Dyadic &r = pose.rotation[3 * i + j], &v = corners[c][j];
+          const Dyadic &r = pose.rotation[3 * i + j], &v = points[c][j];
           if (r.mantissa && v.mantissa)
             x.add(Uint128{r.mantissa} * v.mantissa, static_cast<unsigned>(r.exponent + v.exponent - low),
                   r.negative != v.negative);

@@ -3,21 +3,19 @@
 
 #include <algorithm>
 #include <array>
-#include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "meshes/traversal/box_descent.h"
 #include "shapes/work_meter.h"
 #include "tolerances.h"
+#include "triangles/exact_triangles.h"
 
 namespace tandem {
 namespace {
 
-using Rational = boost::multiprecision::cpp_rational;
-
 int sign(double x) { return x > 0 ? 1 : x < 0 ? -1 : 0; }
-int sign(const Rational& x) { return x.sign(); }
 
 // The ray from a point along the mesh's z axis. Where it hits an edge or a corner, the ray from the point moved by (e,
 // e^2, 0) with an infinitesimal e counts: it crosses every edge on one side. If the point itself is not on the surface,
@@ -59,7 +57,6 @@ class Ray {
   }
 
  private:
-  using Point = std::array<Rational, 3>;
   struct Crossing {
     int count = 0;
     bool on_surface = false;
@@ -126,66 +123,33 @@ class Ray {
 
   // In the world: the rotation's determinant is positive, so signs are those of the mesh's frame.
   Signs exact(const Corners& corners) {
-    constexpr int of_number = 128;  // rational numbers: some 10 us each
-    std::array<Point, 3> v;
-    for (std::size_t c = 0; c < 3; ++c)
-      for (int i = 0; i < 3; ++i) {
-        meter_.spend(of_number);
-        Rational x = Rational(pose_.translation[i]) - Rational(pose_p_.translation[i]);
-        for (int j = 0; j < 3; ++j)
-          x += Rational(pose_.rotation(i, j)) * Rational(corners[c][j]) -
-               Rational(pose_p_.rotation(i, j)) * Rational(p_[j]);
-        v[c][static_cast<std::size_t>(i)] = x;
-      }
-    const auto det = [&](const Point& a, const Point& b, const Point& c) {
-      meter_.spend(of_number);
-      const Point n = crossed(b, c);
-      return sign(a[0] * n[0] + a[1] * n[1] + a[2] * n[2]);
-    };
-    const Point up{Rational(pose_.rotation(0, 2)), Rational(pose_.rotation(1, 2)), Rational(pose_.rotation(2, 2))};
-    Signs s;
-    s.volume = det(v[0], v[1], v[2]);
-    for (std::size_t k = 0; k < 3; ++k) s.area[k] = det(up, v[k], v[(k + 1) % 3]);
-    meter_.spend(of_number);
-    s.on_it = s.volume == 0 && holds_origin(v);
-    return s;
-  }
-
-  static Point crossed(const Point& a, const Point& b) {
-    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-  }
-
-  // True if the origin is in the closed triangle, in whose plane (or on whose line, if it has no area) it lies.
-  static bool holds_origin(const std::array<Point, 3>& v) {
-    // Each edge spans a parallelogram with the origin; for a point inside all three have the same orientation. If one
-    // vanishes, the origin is on its line.
-    const std::array<Point, 3> n{crossed(v[0], v[1]), crossed(v[1], v[2]), crossed(v[2], v[0])};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const std::array<int, 3> s{sign(n[0][i]), sign(n[1][i]), sign(n[2][i])};
-      const auto [low, high] = std::minmax_element(s.begin(), s.end());
-      if (*low < 0 && *high > 0) return false;
-    }
-    bool on_line = false;
-    for (std::size_t k = 0; k < 3; ++k)
-      if (sign(n[k][0]) == 0 && sign(n[k][1]) == 0 && sign(n[k][2]) == 0) {
-        if (between(v[k], v[(k + 1) % 3])) return true;
-        on_line = true;
-      }
-    return !on_line;
-  }
-
-  // True if the origin, on the line of a and b, is between them.
-  static bool between(const Point& a, const Point& b) {
-    for (std::size_t i = 0; i < 3; ++i)
-      if (sign(a[i]) * sign(b[i]) > 0) return false;
-    return true;
+    constexpr int of_integers = 8;  // less than 1 us
+    meter_.spend(of_integers);
+    if (!places_) places_.emplace(pose_, pose_p_);
+    const Vec3 up = mesh_.unit * Vec3::UnitZ();
+    return places_->visit(
+        std::array<Vec3, 5>{corners[0], corners[1], corners[2], Vec3::Zero(), up}, std::array<Vec3, 1>{p_},
+        []<class N>(const std::array<predicates::Point<N>, 5>& a, const std::array<predicates::Point<N>, 1>& b) {
+          using predicates::operator-;
+          const predicates::Point<N>&p = b[0], along = a[4] - a[3];
+          const std::array<predicates::Point<N>, 3> v{a[0] - p, a[1] - p, a[2] - p};
+          Signs s;
+          s.volume = predicates::dot_sign(predicates::cross(v[1], v[2]), v[0]);
+          for (std::size_t k = 0; k < 3; ++k)
+            s.area[k] = predicates::dot_sign(predicates::cross(v[k], v[predicates::next_corner(k)]), along);
+          predicates::ExactTriangle<N> triangle;
+          triangle.p = {a[0], a[1], a[2]};
+          s.on_it = s.volume == 0 && triangle.meets(p, p, 0, 0);
+          return s;
+        });
   }
 
   const MeshModel& mesh_;
   const Pose &pose_, &pose_p_;
   const Vec3 p_;
   WorkMeter meter_;
-  Vec3 from_;  // the point in the mesh's frame, within delta_ in every coordinate
+  std::optional<ExactPlaces> places_;  // made on first use
+  Vec3 from_;                          // the point in the mesh's frame, within delta_ in every coordinate
   double delta_;
 };
 
