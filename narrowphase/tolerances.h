@@ -26,8 +26,8 @@ inline constexpr double axis_rounding = 4e-15;
 
 /// The margin, relative to the size, by which an edge-edge axis must separate better than a face axis, which is the
 /// more exact one, and by which one edge of a triangle must be nearer than another: else the one whose direction
-/// separates better counts. Less: rounding chooses, and normals jump between equal boxes. More: near ties use the second
-/// best of two separations, or of two distances, which is wrong by that.
+/// separates better counts. Less: rounding chooses, and normals jump between equal boxes. More: near ties use the
+/// second best of two separations, or of two distances, which is wrong by that.
 inline constexpr double tie = 1e-15;
 
 /// The relative rounding of a squared length compared with a squared reach: 4.5 epsilon, for three products and sums.
