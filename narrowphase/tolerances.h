@@ -24,10 +24,10 @@ constexpr double squared(double x) { return x * x; }
 /// Ten times more: the slow formula is used more often.
 inline constexpr double axis_rounding = 4e-15;
 
-/// The margin, relative to the size, by which an edge-edge axis must separate better than a face axis, which is the
-/// more exact one, and by which one edge of a triangle must be nearer than another: else the one whose direction
-/// separates better counts. Less: rounding chooses, and normals jump between equal boxes. More: near ties use the
-/// second best of two separations, or of two distances, which is wrong by that.
+/// The margin by which an edge-edge axis must separate better than a face axis, which is the more exact one (relative
+/// to the size), and by which one side of a triangle must be nearer to a point than another (relative to the
+/// distance): else the side whose direction separates better counts. Less: rounding chooses, and normals jump between
+/// equal boxes. More: near ties use the second best of two separations, or of two distances, which is wrong by that.
 inline constexpr double tie = 1e-15;
 
 /// The relative rounding of a squared length compared with a squared reach: 4.5 epsilon, for three products and sums.

@@ -1,6 +1,9 @@
 // Distances of points to simple shapes, and of two segments, by formulas.
 #include "closed_forms/closed_forms.h"
 
+#include <algorithm>
+#include <iterator>
+
 #include "tolerances.h"
 
 namespace tandem {
@@ -95,22 +98,23 @@ PointToSegment point_to_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
 }
 
 /// The vector to p from the nearest point of a triangle's sides. Near a corner a side and the corner are equally near,
-/// to rounding, while their directions differ by up to its square root: of two such the one that separates p from the
-/// triangle farther.
+/// to rounding, while their directions differ by up to the square root of epsilon: the direction that separates p from
+/// the whole triangle farthest is right.
 PointToSegment nearest_edge(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {
+  const PointToSegment sides[3] = {point_to_segment(a, b, p), point_to_segment(b, c, p), point_to_segment(c, a, p)};
+  const double distances[3] = {sides[0].d.norm(), sides[1].d.norm(), sides[2].d.norm()};
+  // How far all corners lie behind the plane through p across the direction.
+  const auto separation = [&](std::size_t k) {
+    const Vec3& d = sides[k].d;
+    return distances[k] > 0 ? std::min({d.dot(p - a), d.dot(p - b), d.dot(p - c)}) / distances[k] : 0.0;
+  };
+  const auto* const least = std::min_element(std::begin(distances), std::end(distances));
   const double reach = std::max({(b - a).norm(), (c - b).norm(), (a - c).norm()});
-  // Times the length of d: how far all corners lie behind the plane through p across d.
-  const auto separation = [&](const Vec3& d) { return std::min({d.dot(p - a), d.dot(p - b), d.dot(p - c)}); };
-  PointToSegment best = point_to_segment(a, b, p);
-  double least = best.d.norm();
-  for (const PointToSegment& next : {point_to_segment(b, c, p), point_to_segment(c, a, p)}) {
-    const double distance = next.d.norm(), tie = tolerance::tie * least + epsilon * reach;
-    if (distance > least + tie) continue;
-    if (distance > least - tie && !(separation(next.d) * least > separation(best.d) * distance)) continue;
-    least = distance;
-    best = next;
-  }
-  return best;
+  const double as_near = *least + tolerance::tie * *least + epsilon * reach;
+  auto best = static_cast<std::size_t>(least - distances);
+  for (std::size_t k = 0; k < 3; ++k)
+    if (k != best && distances[k] <= as_near && separation(k) > separation(best)) best = k;
+  return sides[best];
 }
 
 PointDistance to_triangle(const Vec3& a, const Vec3& b, const Vec3& c, const Vec3& p) {

@@ -182,17 +182,17 @@ class ExactPlaces {
       : pose_{predicates::DyadicPose(pose_a), predicates::DyadicPose(pose_b)} {}
 
   /// Calls `ask` with the places of A's points and of B's: arrays of points whose coordinates are integers in one unit.
-  /// Determinants of three differences of them fit their type.
-  template <std::size_t A, std::size_t B, class Ask>
-  auto visit(const std::array<Vec3, A>& points_a, const std::array<Vec3, B>& points_b, Ask&& ask) const {
+  /// Differences fit the same type, and products have wider ones, so that all determinants of differences are exact.
+  template <std::size_t CountA, std::size_t CountB, class Ask>
+  auto visit(const std::array<Vec3, CountA>& points_a, const std::array<Vec3, CountB>& points_b, Ask&& ask) const {
     const auto a = dyadic(points_a);
     const auto b = dyadic(points_b);
     Range range;
     include(a, pose_[0], range);
     include(b, pose_[1], range);
     const auto asked = [&]<class N>(N) {
-      std::array<predicates::Point<N>, A> placed_a;
-      std::array<predicates::Point<N>, B> placed_b;
+      std::array<predicates::Point<N>, CountA> placed_a;
+      std::array<predicates::Point<N>, CountB> placed_b;
       place(a, pose_[0], range.low, placed_a);
       place(b, pose_[1], range.low, placed_b);
       return ask(placed_a, placed_b);

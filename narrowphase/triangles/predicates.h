@@ -7,7 +7,7 @@
 
 namespace tandem {
 
-class ExactPlaces;  // predicates.cpp
+class ExactPlaces;  // exact_triangles.h
 
 /// Tests whether closed triangles of two posed meshes intersect. Exact for the real numbers R v + t, with coplanar,
 /// touching and degenerate triangles (a segment, a point) included. Doubles with an error bound decide; only signs

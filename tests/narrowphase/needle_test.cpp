@@ -88,25 +88,43 @@ TEST_CASE("slivers and long thin hulls with something much smaller: apart, touch
 }
 
 TEST_CASE("a point beside a triangle's corner: the whole triangle is behind the plane through its nearest point") {
-  // The distances from the two edges there are the same number. Of every four triangles two are slivers, one has two
-  // equal corners, and one has three in a line.
-  for (std::uint64_t seed = 0; seed < 20000; ++seed) {
+  // The distances from the two edges there are the same number. Of every five triangles two are slivers, one has two
+  // equal corners, one two corners near each other, and one three in a line.
+  for (std::uint64_t seed = 0; seed < 100000; ++seed) {
     CAPTURE(seed);
     Random r(23000 + seed);
     const Vec3 stretch{1, small(r, 0, 10), small(r, 0, 10)};
     Triangle t;
     for (Vec3& corner : t.vertices) corner = r.vec(-1, 1).cwiseProduct(stretch);
-    if (seed % 4 == 2) t.vertices[2] = t.vertices[1];
-    if (seed % 4 == 3) t.vertices[2] = (t.vertices[0] + t.vertices[1]) / 2;
+    if (seed % 5 == 2) t.vertices[2] = t.vertices[1];
+    if (seed % 5 == 3) t.vertices[2] = t.vertices[0] + small(r, 3, 13) * r.direction();
+    if (seed % 5 == 4) t.vertices[2] = (t.vertices[0] + t.vertices[1]) / 2;
     const Vec3 edge = t.vertices[1] - t.vertices[0];
-    const Vec3 above =
-        seed % 4 < 2 ? Vec3(edge.cross(t.vertices[2] - t.vertices[0]).stableNormalized()) : edge.unitOrthogonal();
+    const Vec3 across = edge.cross(t.vertices[2] - t.vertices[0]);
+    const Vec3 above = seed % 5 < 2 ? Vec3(across.stableNormalized()) : edge.unitOrthogonal();
     const Vec3& corner = t.vertices[static_cast<std::size_t>(r.below(3))];
     const Pose at{Mat3::Identity(), corner + small(r, -1, 6) * (above + small(r, 0, 12) * r.direction())};
     const PairAnswer answer = NarrowPhase().solve(Shape(t), {}, Shape(Sphere{0}), at, Request::distance);
     double separation = infinity;
     for (const Vec3& v : t.vertices) separation = std::min(separation, answer.normal.dot(at.translation - v));
     REQUIRE(answer.signed_distance - separation <= allowed_error * (3 + at.translation.norm()));
+  }
+}
+
+TEST_CASE("a point as near to all three sides of a triangle, to rounding: the order of corners changes nothing") {
+  const Vec3 a{-0.12476639148494104, 0.7955363083628916, 0.5929210146656709},
+      b{0.45477720530873317, -0.6443322907279271, -0.614828100087236},
+      c{-0.12476639161323125, 0.7955363082218257, 0.5929210145807549},
+      p{-0.2200398039012152, 1.1998991754327921, 0.06512554057553144};
+  std::array<Vec3, 3> corners{a, b, c};
+  const std::array<std::array<std::size_t, 3>, 6> orders{
+      {{0, 1, 2}, {0, 2, 1}, {1, 0, 2}, {1, 2, 0}, {2, 0, 1}, {2, 1, 0}}};
+  for (const auto& order : orders) {
+    CAPTURE(order[0], order[1], order[2]);
+    const Triangle t{{corners[order[0]], corners[order[1]], corners[order[2]]}};
+    const PairAnswer answer =
+        NarrowPhase().solve(Shape(t), {}, Shape(Sphere{0}), {Mat3::Identity(), p}, Request::distance);
+    for (const Vec3& v : corners) CHECK(answer.normal.dot(p - v) >= answer.signed_distance - allowed_error);
   }
 }
 
