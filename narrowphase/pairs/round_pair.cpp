@@ -37,16 +37,41 @@ double off_surface(const ConvexView& v, const Vec3& p) {
   return gradient > 0 ? std::abs(k * (k - 1) / gradient) : infinity;
 }
 
+/// Separated, a cylinder's or cone's point and the normal are those of the point of the other body: at the rim of a
+/// disc the last digits of n decide between points along it. Of the other's point and its support along n takes the one
+/// that bounds the distance more closely; false if neither does as closely as before.
+bool project(const RoundPair& pair, int which, Support& s) {
+  const RoundBody& body = pair.body[which];
+  if (!(s.h < 0) || !body.has_circle()) return false;
+  const Vec3 others[2] = {s.point[1 - which], pair.body[1 - which].support(s.n)};
+  double least = std::max(doubt(s), 64 * epsilon * pair.scale);
+  bool any = false;
+  for (const Vec3& other : others) {
+    const PointDistance foot = point_distance(body.view(), body.axes().transpose() * (-other - body.centre()));
+    if (!(foot.signed_distance > 0)) continue;
+    Support found = s;
+    found.point[which] = body.centre() + body.axes() * foot.nearest;
+    found.point[1 - which] = other;
+    found.n = unit(body.axes() * foot.normal);
+    found.h = found.n.dot(pair.support(found.n));
+    if (!(doubt(found) <= least)) continue;
+    least = doubt(found);
+    s = found;
+    any = true;
+  }
+  return any;
+}
+
 /// The last digit of n moves the point of a flat ellipsoid by that times its radius of curvature, and that of a disc
-/// along it. The other body's point and h n give it to all digits, where the resulting point lies on the surface.
+/// along it. The other body's point, with h n or projected, gives it to all digits, where that lies on the surface.
 void straighten_points(const RoundPair& pair, Support& s) {
-  const double open = tolerance::descent_accuracy * pair.scale, rounding = 64 * epsilon * pair.scale;
+  const double open = tolerance::place_rounding * pair.scale, rounding = 64 * epsilon * pair.scale;
   for (const int which : {0, 1}) {
     const RoundBody& body = pair.body[which];
     const Vec3 derived = s.h * s.n - s.point[1 - which];
-    if ((derived - s.point[which]).squaredNorm() <= open * open) return;
-    const bool is_round = body.kind() == ShapeKind::ellipsoid || body.kind() == ShapeKind::cylinder ||
-                          body.kind() == ShapeKind::cone;
+    if ((derived - s.point[which]).squaredNorm() <= open * open || project(pair, which, s)) return;
+    const bool is_round =
+        body.kind() == ShapeKind::ellipsoid || body.kind() == ShapeKind::cylinder || body.kind() == ShapeKind::cone;
     if (is_round && off_surface(body.view(), body.axes().transpose() * (derived - body.centre())) <= rounding)
       s.point[which] = derived;
   }

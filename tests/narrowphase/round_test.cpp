@@ -278,7 +278,8 @@ TEST_CASE("round: a stretched ellipsoid has no minimum too narrow to find") {
 }
 
 TEST_CASE("round: of the two faces of a polytope at an edge that the origin is on, one is searched") {
-  // Concentric: every point of the difference has its opposite, and the first two vertices have the origin between them.
+  // Concentric: every point of the difference has its opposite, and the first two vertices have the origin between
+  // them.
   Pose pose;
   pose.rotation << -0.37733555570648569, -0.89575898999261372, -0.2350185317099269, -0.83103165662257883,
       0.21553548841213388, 0.51276782165622969, -0.40866155200949539, 0.38879337067696434, -0.825733280682591;
@@ -466,6 +467,33 @@ TEST_CASE("round: balls inside ellipsoids of any length, on the axis, beside it 
             const Vec3 side = turn.transpose() * one.normal;
             CHECK(std::abs(side[axis] - at / (length * length - 1) / (depth - radius)) < 1e-3);
           }
+}
+
+TEST_CASE("round: a small triangle over a disc's rim is as far from its point as it says, and behind its plane") {
+  // The last digits of the normal decide between points along the rim, and between corners of the triangle.
+  for (std::uint64_t seed = 0; seed < 20000; ++seed) {
+    CAPTURE(seed);
+    reference::Random r(61000 + seed);
+    const double radius = r.in(0.1, 1), length = r.in(0.1, 1), gap = r.once_in(3) ? std::pow(10, -r.in(0, 8)) : 0.5;
+    const Shape a = r.once_in(2) ? Shape(Cone{radius, length}) : Shape(Cylinder{radius, length});
+    const Pose pose_a{r.rotation(), Vec3::Zero()};
+    const double angle = r.in(0, 2 * std::numbers::pi),
+                 off = r.once_in(8) ? 0 : r.in(-1, 1) * std::pow(10, -r.in(0, 17));
+    const Vec3 over{(radius + off) * std::cos(angle), (radius + off) * std::sin(angle), -length / 2 - gap};
+    const double size = std::pow(10, -r.in(0, 9));
+    Triangle t;
+    for (Vec3& corner : t.vertices) {
+      const double x = r.in(-1, 1), y = r.in(-1, 1), z = r.once_in(2) ? 0 : r.in(-1e-3, 0);
+      corner = pose_a.rotation * (size * Vec3(x, y, z));
+    }
+    const Pose pose_b{Mat3::Identity(), pose_a.rotation * over};
+    const PairAnswer answer = NarrowPhase().solve(a, pose_a, Shape(t), pose_b, Request::distance);
+    if (answer.collide) continue;
+    const double unit = radius + length + gap + size;
+    const Vec3 between = answer.point_b - answer.point_a;
+    REQUIRE((between - answer.signed_distance * answer.normal).norm() <= 1e-9 * unit);
+    for (const Vec3& corner : t.vertices) REQUIRE(answer.normal.dot(pose_b * corner - answer.point_b) >= -1e-11 * unit);
+  }
 }
 
 TEST_CASE("round: long thin cylinders have their points on both surfaces, as far apart as they say") {

@@ -152,7 +152,7 @@ Mesh hull_mesh(Random& r) {
 
 Mesh draw_mesh(Random& r, Build build, const std::vector<NamedMesh>& real) {
   Mesh m;
-  switch (r.below(real.empty() ? 8 : 9)) {
+  switch (r.below(real.empty() ? 8 : 16)) {  // half of them real
     case 0:
       m = soup(r, build);
       break;
