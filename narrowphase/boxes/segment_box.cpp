@@ -52,13 +52,13 @@ namespace {
 
 struct SegmentBoxPoints {
   Vec3 on_segment, on_box;
-  bool inside;  ///< at neither end of the segment
+  bool inside;  ///< at neither end of the segment, or but for rounding: from the end the segment leads nearer
 };
 
 SegmentBoxPoints nearest(const Vec3& half, const Vec3& centre, const Vec3& along, double reach) {
   const double x = nearest_on_line(half, centre, along, reach, std::clamp(-centre.dot(along), -reach, reach));
-  const Vec3 p = centre + x * along;
-  return {p, p.cwiseMax(-half).cwiseMin(half), std::abs(x) < reach};
+  const Vec3 p = centre + x * along, q = p.cwiseMax(-half).cwiseMin(half);
+  return {p, q, std::abs(x) < reach || (p - q).dot(along) * x > 0};
 }
 
 /// The axis of largest separation: 0-2 faces, 3 + i: e_i x along.

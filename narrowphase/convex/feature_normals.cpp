@@ -127,9 +127,11 @@ class Features {
     for (int i = 0; i < b_.count; ++i) b_.at[i] = d.pose.rotation * b_.at[i];
   }
 
-  /// Finds the best direction of all, if it separates by more than `best`.
+  /// Finds the best direction of all, if it separates by more than `best`. Of equally good ones the first is kept: that
+  /// between two corners, whose points it fits.
   void search(double& best, Vec3& n) {
     best_ = &best, n_ = &n;
+    try_corners();
     const Edges of_a(d_.a, a_), of_b(d_.b, b_);
     try_faces(of_a, a_, Mat3::Identity());
     // From its untransformed corners: transformed ones are rounded, which matters for a thin triangle.
@@ -137,6 +139,10 @@ class Features {
     of_a.each_edge([&](int i, int j) {
       of_b.each_edge([&](int k, int l) { try_across(a_.at[j] - a_.at[i], b_.at[l] - b_.at[k]); });
     });
+  }
+
+ private:
+  void try_corners() {
     const int few_a = std::min(a_.count, few_corners), few_b = std::min(b_.count, few_corners);
     for (int i = 0; i < few_a; ++i)
       for (int k = 0; k < few_b; ++k) {
@@ -148,8 +154,6 @@ class Features {
           if (l != k) try_beside(between, b_.at[l] - b_.at[k]);
       }
   }
-
- private:
   void try_faces(const Edges& edges, const CornerSet& c, const Mat3& turn) {
     edges.each_face([&](int i, int j, int k) {
       try_across(height_of(c.at[j] - c.at[i], c.at[k] - c.at[j], c.at[i] - c.at[k]), turn);
@@ -202,6 +206,8 @@ bool settle_by_features(const MinkowskiDifference& d, LocalAnswer& answer) {
   constexpr double near = tolerance::near_features;
   const double scale = d.scale(), rounding = 4 * epsilon * scale, claimed = answer.signed_distance;
   double best = separation_along(d, answer.normal);
+  // The distance of two points that a direction separates as far is right: others separate farther by rounding alone.
+  if (claimed > 0 && std::abs(best - claimed) <= rounding) return false;
   Vec3 n = answer.normal;
   for (int round = 0; round < 3; ++round) {
     const double before = best;
