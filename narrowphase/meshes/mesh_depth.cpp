@@ -42,8 +42,8 @@ Separation bound_by_triangles(const Posed& a, const Posed& b, std::span<const Tr
 // the surface.
 Separation bound_by_surface(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
   NearestSearch search(a, b, options.limit);
-  const Nearest near = search();
-  const Vec3 out = -search.normal(options);
+  Nearest near = search();
+  const Vec3 out = -search.normal(options, near);
   // B inside A leaves A through its nearest face; A inside B is the reverse.
   return {near.distance, infinity, has_inside(a, b, options.limit) ? Vec3(-out) : out, (near.on_a + near.on_b) / 2};
 }

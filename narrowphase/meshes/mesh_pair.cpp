@@ -79,13 +79,13 @@ double no_touch(double distance) { return std::max(distance, std::numeric_limits
 
 PairAnswer distance_apart(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
   NearestSearch search(a, b, options.limit);
-  const Nearest near = search(options.cutoff);
+  Nearest near = search(options.cutoff);
   PairAnswer answer;
   answer.signed_distance = no_touch(near.distance);
   if (std::isinf(near.distance)) return answer;
+  answer.normal = search.normal(for_triangles(options), near);
   answer.point_a = near.on_a + a.pose.translation;
   answer.point_b = near.on_b + a.pose.translation;
-  answer.normal = search.normal(for_triangles(options));
   return answer;
 }
 

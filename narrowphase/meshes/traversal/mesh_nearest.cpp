@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <limits>
 #include <memory_resource>
+#include <span>
 
 #include "convex/triangle_height.h"
 #include "meshes/traversal/hierarchy.h"
@@ -80,22 +81,6 @@ Vec3 towards_outside(const Vec3& normal, const FaceOf& a, const FaceOf& b, doubl
     return face.of_solid ? n.dot(area_vector(face.corners).stableNormalized()) : 0;
   };
   return rise(a, n_a) < rise(b, n_b) ? Vec3(-normal) : normal;
-}
-
-// True if two edges across the direction cross each other, of one triangle or of both: then it is no difference of
-// points, which rounding turns.
-bool is_given_by_edges(const Vec3& n, const PlacedTriangle& p, const PlacedTriangle& q) {
-  std::array<Vec3, 6> across;
-  std::size_t count = 0;
-  for (const PlacedTriangle* t : {&p, &q})
-    for (std::size_t i = 0; i < 3; ++i)
-      if (const Vec3 e = t->edge(i); std::abs(n.dot(e)) <= tolerance::parallel_lines * e.norm()) across[count++] = e;
-  for (std::size_t i = 0; i < count; ++i)
-    for (std::size_t j = 0; j < i; ++j)
-      if (across[i].cross(across[j]).squaredNorm() >
-          tolerance::slanting2 * across[i].squaredNorm() * across[j].squaredNorm())
-        return true;
-  return false;
 }
 
 // A mesh in the other's frame: relative to its centre, in its units.
@@ -311,9 +296,10 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
   if (least_along(normal_, q.corner) + least_along(-normal_, p.corner) > best_.distance + slack_) return;
   // The first by index of equally near pairs, so that the order of the search does not matter.
   Nearest found;
-  found.leave_out_beyond(best_.distance);
+  found.leave_out_beyond(best_.distance + rounding_);
   triangles_nearest(p, q, found);
   const TrianglePair pair{i, j};
+  add_tie(pair, found.distance);
   if (!(found.distance < best_.distance || (found.distance == best_.distance && pair < nearest_))) return;
   best_ = found;
   nearest_ = pair;
@@ -323,12 +309,47 @@ void NearestSearch::solve(std::uint32_t i, std::uint32_t j) {
   normal_b_ = turn_b_.transpose() * normal_;
 }
 
-Vec3 NearestSearch::normal(const NarrowPhaseOptions& options) {
+void NearestSearch::add_tie(const TrianglePair& pair, double distance) {
+  if (!(distance <= best_.distance + rounding_)) return;
+  if (distance < best_.distance) {
+    const auto farther = [&](const Tie& t) { return t.distance > distance + rounding_; };
+    tie_count_ =
+        static_cast<std::size_t>(std::remove_if(ties_.begin(), ties_.begin() + tie_count_, farther) - ties_.begin());
+  }
+  if (tie_count_ < most_ties) ties_[tie_count_++] = {pair, distance};
+}
+
+bool NearestSearch::separates_ties(const Vec3& n) const {
+  const Vec3 n_a = turn_a_.transpose() * n, n_b = turn_b_.transpose() * n;
+  return std::all_of(ties_.begin(), ties_.begin() + tie_count_, [&](const Tie& t) {
+    const double ahead =
+        n.dot(between_) + least_along(n_b, b_.corners(t.pair[1])) - most_along(n_a, a_.corners(t.pair[0]));
+    return ahead >= best_.distance - rounding_;
+  });
+}
+
+bool NearestSearch::take_separating_tie(const NarrowPhaseOptions& options, Nearest& points, Vec3& n) const {
+  for (const Tie& tie : std::span(ties_).first(tie_count_)) {
+    const PairAnswer r =
+        solve_convex(TriangleView(a_.corners(tie.pair[0])), {turn_a_, Vec3::Zero()},
+                     TriangleView(b_.corners(tie.pair[1])), {turn_b_, between_}, Request::distance, options, nullptr);
+    if (std::abs(r.signed_distance - best_.distance) > rounding_ || !separates_ties(r.normal)) continue;
+    points.on_a = r.point_a;
+    points.on_b = r.point_b;
+    n = r.normal;
+    return true;
+  }
+  return false;
+}
+
+Vec3 NearestSearch::normal(const NarrowPhaseOptions& options, Nearest& points) {
   const double reach_of_both = reach(a_) + reach(b_), gap = best_.distance;
-  const Vec3 own = direction_between(best_, {a_.corners(nearest_[0]), {turn_a_, Vec3::Zero()}, a_.solid},
-                                     {b_.corners(nearest_[1]), {turn_b_, between_}, b_.solid}, reach_of_both, options);
-  if (gap > tolerance::noisy_difference * reach_of_both) return own;
-  if (gap > rounding_ && is_given_by_edges(own, placed_of_a(nearest_[0]), placed_of_b(nearest_[1]))) return own;
+  const bool far = gap > tolerance::noisy_difference * reach_of_both;
+  Vec3 own = direction_between(best_, {a_.corners(nearest_[0]), {turn_a_, Vec3::Zero()}, a_.solid},
+                               {b_.corners(nearest_[1]), {turn_b_, between_}, b_.solid}, reach_of_both, options);
+  if (gap > rounding_ && tie_count_ < most_ties && (separates_ties(own) || take_separating_tie(options, points, own)))
+    return own;
+  if (far) return own;
   alignas(std::max_align_t) std::array<std::byte, std::size_t{16} << 10> usual;
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size(), lent_memory(options));
   TouchingFaces near(a_, b_, gap, rounding_, meter_, &memory);

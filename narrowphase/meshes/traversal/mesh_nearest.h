@@ -108,12 +108,25 @@ class NearestSearch {
   bool each_within(double within, const Meet& meet, const Visit& visit, const std::function<void(double)>& progress,
                    const LeaveOut& leave_out = {});
 
-  /// The direction from A to B at the result's points, in world axes (`direction_of`).
-  Vec3 normal(const NarrowPhaseOptions& options);
+  /// The direction from A to B at the result's points, in world axes (`direction_of`); moves `points` to
+  /// those as near that are along it.
+  Vec3 normal(const NarrowPhaseOptions& options, Nearest& points);
 
  private:
   bool goes_down_a(const Item& at) const;
   void solve(std::uint32_t triangle_a, std::uint32_t triangle_b);
+  /// Pairs of triangles as near as the nearest, to rounding; of many the first.
+  struct Tie {
+    TrianglePair pair;
+    double distance;
+  };
+  static constexpr std::size_t most_ties = 32;
+  void add_tie(const TrianglePair& pair, double distance);
+  /// True if the direction separates them all by the distance.
+  bool separates_ties(const Vec3& n) const;
+  /// Takes points and direction of a tie whose direction separates all; false if there is none. Points beside each
+  /// other, of one pair or of neighbours, are equally near, and only one of them has the direction.
+  bool take_separating_tie(const NarrowPhaseOptions& options, Nearest& points, Vec3& n) const;
   /// A triangle in world axes relative to A's translation, kept, since most pairs have one in common with the pair
   /// before.
   struct LastTriangle {
@@ -144,6 +157,8 @@ class NearestSearch {
     static_assert(std::is_trivially_destructible_v<NearVolume>);
   };
 
+  std::array<Tie, most_ties> ties_;
+  std::size_t tie_count_ = 0;
   const MeshModel &a_, &b_;
   const Mat3 &turn_a_, &turn_b_;
   const Vec3 between_;
