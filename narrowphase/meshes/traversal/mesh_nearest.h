@@ -115,12 +115,12 @@ class NearestSearch {
  private:
   bool goes_down_a(const Item& at) const;
   void solve(std::uint32_t triangle_a, std::uint32_t triangle_b);
-  /// Pairs of triangles as near as the nearest, to rounding; of many the first.
+  /// Pairs of triangles as near as the nearest, to rounding. Two boxes have 144; with more no direction is tried.
   struct Tie {
     TrianglePair pair;
     double distance;
   };
-  static constexpr std::size_t most_ties = 32;
+  static constexpr std::size_t most_ties = 144;
   void add_tie(const TrianglePair& pair, double distance);
   /// True if the direction separates them all by the distance.
   bool separates_ties(const Vec3& n) const;
