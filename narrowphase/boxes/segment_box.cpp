@@ -52,7 +52,7 @@ namespace {
 
 struct SegmentBoxPoints {
   Vec3 on_segment, on_box;
-  bool inside;  ///< at neither end of the segment, or but for rounding: from the end the segment leads nearer
+  bool inside;  ///< at neither end of the segment, or at one by rounding: the distance decreases inwards from it
 };
 
 SegmentBoxPoints nearest(const Vec3& half, const Vec3& centre, const Vec3& along, double reach) {

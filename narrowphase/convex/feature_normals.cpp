@@ -127,8 +127,9 @@ class Features {
     for (int i = 0; i < b_.count; ++i) b_.at[i] = d.pose.rotation * b_.at[i];
   }
 
-  /// Finds the best direction of all, if it separates by more than `best`. Of equally good ones the first is kept: that
-  /// between two corners, whose points it fits.
+  /// Finds the best direction of all, if it separates by more than `best`. Of equally good ones the first is kept:
+  /// those from a corner to a corner, or square to an edge from it, come first, as they lead between the nearest
+  /// points.
   void search(double& best, Vec3& n) {
     best_ = &best, n_ = &n;
     try_corners();

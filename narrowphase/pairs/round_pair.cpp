@@ -37,14 +37,15 @@ double off_surface(const ConvexView& v, const Vec3& p) {
   return gradient > 0 ? std::abs(k * (k - 1) / gradient) : infinity;
 }
 
-/// Separated, a cylinder's or cone's point and the normal are those of the point of the other body: at the rim of a
-/// disc the last digits of n decide between points along it. Of the other's point and its support along n takes the one
-/// that bounds the distance more closely; false if neither does as closely as before.
+/// Of separated bodies replaces a cylinder's or cone's point by the foot of the other body's point or of its support
+/// along n, and n by the direction to it: at the rim of a disc the last digits of n decide between points along it.
+/// False, without any change, if neither foot bounds the distance as closely as before, to rounding.
 bool project(const RoundPair& pair, int which, Support& s) {
   const RoundBody& body = pair.body[which];
   if (!(s.h < 0) || !body.has_circle()) return false;
   const Vec3 others[2] = {s.point[1 - which], pair.body[1 - which].support(s.n)};
-  double least = std::max(doubt(s), 64 * epsilon * pair.scale);
+  const double rounding = 64 * epsilon * pair.scale, highest = s.h + rounding;
+  double least = std::max(doubt(s), rounding);
   bool any = false;
   for (const Vec3& other : others) {
     const PointDistance foot = point_distance(body.view(), body.axes().transpose() * (-other - body.centre()));
@@ -54,7 +55,8 @@ bool project(const RoundPair& pair, int which, Support& s) {
     found.point[1 - which] = other;
     found.n = unit(body.axes() * foot.normal);
     found.h = found.n.dot(pair.support(found.n));
-    if (!(doubt(found) <= least)) continue;
+    // Along the old normal they are as far apart as s.h says.
+    if (!(found.h < 0 && found.h <= highest && doubt(found) <= least)) continue;
     least = doubt(found);
     s = found;
     any = true;
@@ -62,8 +64,9 @@ bool project(const RoundPair& pair, int which, Support& s) {
   return any;
 }
 
-/// The last digit of n moves the point of a flat ellipsoid by that times its radius of curvature, and that of a disc
-/// along it. The other body's point, with h n or projected, gives it to all digits, where that lies on the surface.
+/// Makes the points h n apart. The last digit of n moves the point of a flat ellipsoid by that times its radius of
+/// curvature, and that of a disc along it. The other body's point gives it to all digits: projected, with n and h, or
+/// by h n where that leads to the surface.
 void straighten_points(const RoundPair& pair, Support& s) {
   const double open = tolerance::place_rounding * pair.scale, rounding = 64 * epsilon * pair.scale;
   for (const int which : {0, 1}) {

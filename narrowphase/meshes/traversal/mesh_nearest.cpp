@@ -83,6 +83,22 @@ Vec3 towards_outside(const Vec3& normal, const FaceOf& a, const FaceOf& b, doubl
   return rise(a, n_a) < rise(b, n_b) ? Vec3(-normal) : normal;
 }
 
+// True if two edges across the direction cross each other, of one triangle or of both: then it is no difference of
+// points, which rounding turns.
+bool is_given_by_edges(const Vec3& n, const PlacedTriangle& p, const PlacedTriangle& q) {
+  std::array<Vec3, 6> across;
+  std::size_t count = 0;
+  for (const PlacedTriangle* t : {&p, &q})
+    for (std::size_t i = 0; i < 3; ++i)
+      if (const Vec3 e = t->edge(i); std::abs(n.dot(e)) <= tolerance::parallel_lines * e.norm()) across[count++] = e;
+  for (std::size_t i = 0; i < count; ++i)
+    for (std::size_t j = 0; j < i; ++j)
+      if (across[i].cross(across[j]).squaredNorm() >
+          tolerance::slanting2 * across[i].squaredNorm() * across[j].squaredNorm())
+        return true;
+  return false;
+}
+
 // A mesh in the other's frame: relative to its centre, in its units.
 MeshView view_of(const MeshModel& mesh, const MeshModel& by, const Mat3& turn, const Vec3& shift) {
   return {mesh, turn, (turn * mesh.centre + shift - by.centre) / by.unit, by.unit};
@@ -316,7 +332,10 @@ void NearestSearch::add_tie(const TrianglePair& pair, double distance) {
     tie_count_ =
         static_cast<std::size_t>(std::remove_if(ties_.begin(), ties_.begin() + tie_count_, farther) - ties_.begin());
   }
-  if (tie_count_ < most_ties) ties_[tie_count_++] = {pair, distance};
+  if (tie_count_ < most_ties)
+    ties_[tie_count_++] = {pair, distance};
+  else
+    least_left_out_ = std::min(least_left_out_, distance);
 }
 
 bool NearestSearch::separates_ties(const Vec3& n) const {
@@ -328,8 +347,12 @@ bool NearestSearch::separates_ties(const Vec3& n) const {
   });
 }
 
-bool NearestSearch::take_separating_tie(const NarrowPhaseOptions& options, Nearest& points, Vec3& n) const {
-  for (const Tie& tie : std::span(ties_).first(tie_count_)) {
+bool NearestSearch::take_separating_tie(const NarrowPhaseOptions& options, Nearest& points, Vec3& n) {
+  constexpr std::size_t most_tries = 16;
+  const std::span ties = std::span(ties_).first(tie_count_);
+  std::sort(ties.begin(), ties.end(), [](const Tie& p, const Tie& q) { return p.pair < q.pair; });
+  for (const Tie& tie : ties.first(std::min(tie_count_, most_tries))) {
+    meter_.spend(16);
     const PairAnswer r =
         solve_convex(TriangleView(a_.corners(tie.pair[0])), {turn_a_, Vec3::Zero()},
                      TriangleView(b_.corners(tie.pair[1])), {turn_b_, between_}, Request::distance, options, nullptr);
@@ -347,9 +370,10 @@ Vec3 NearestSearch::normal(const NarrowPhaseOptions& options, Nearest& points) {
   const bool far = gap > tolerance::noisy_difference * reach_of_both;
   Vec3 own = direction_between(best_, {a_.corners(nearest_[0]), {turn_a_, Vec3::Zero()}, a_.solid},
                                {b_.corners(nearest_[1]), {turn_b_, between_}, b_.solid}, reach_of_both, options);
-  if (gap > rounding_ && tie_count_ < most_ties && (separates_ties(own) || take_separating_tie(options, points, own)))
+  if (gap > rounding_ && has_all_ties() && (separates_ties(own) || take_separating_tie(options, points, own)))
     return own;
-  if (far) return own;
+  if (far || (gap > rounding_ && is_given_by_edges(own, placed_of_a(nearest_[0]), placed_of_b(nearest_[1]))))
+    return own;
   alignas(std::max_align_t) std::array<std::byte, std::size_t{16} << 10> usual;
   std::pmr::monotonic_buffer_resource memory(usual.data(), usual.size(), lent_memory(options));
   TouchingFaces near(a_, b_, gap, rounding_, meter_, &memory);

@@ -115,18 +115,20 @@ class NearestSearch {
  private:
   bool goes_down_a(const Item& at) const;
   void solve(std::uint32_t triangle_a, std::uint32_t triangle_b);
-  /// Pairs of triangles as near as the nearest, to rounding. Two boxes have 144; with more no direction is tried.
+  /// Pairs of triangles as near as the nearest, to rounding: two boxes have at most 144.
   struct Tie {
     TrianglePair pair;
     double distance;
   };
   static constexpr std::size_t most_ties = 144;
   void add_tie(const TrianglePair& pair, double distance);
-  /// True if the direction separates them all by the distance.
+  bool has_all_ties() const { return least_left_out_ > best_.distance + rounding_; }
+  /// True if the direction separates them all by the distance, to rounding.
   bool separates_ties(const Vec3& n) const;
-  /// Takes points and direction of a tie whose direction separates all; false if there is none. Points beside each
-  /// other, of one pair or of neighbours, are equally near, and only one of them has the direction.
-  bool take_separating_tie(const NarrowPhaseOptions& options, Nearest& points, Vec3& n) const;
+  /// Takes points and direction of the first tie, by index, whose direction separates all; false if none of a few does.
+  /// Points beside each other, of one pair or of neighbours, are equally near, but most directions between such points
+  /// lean over the triangles.
+  bool take_separating_tie(const NarrowPhaseOptions& options, Nearest& points, Vec3& n);
   /// A triangle in world axes relative to A's translation, kept, since most pairs have one in common with the pair
   /// before.
   struct LastTriangle {
@@ -159,6 +161,7 @@ class NearestSearch {
 
   std::array<Tie, most_ties> ties_;
   std::size_t tie_count_ = 0;
+  double least_left_out_ = infinity;  ///< the distance of the nearest pair for which there was no room
   const MeshModel &a_, &b_;
   const Mat3 &turn_a_, &turn_b_;
   const Vec3 between_;

@@ -48,7 +48,7 @@ class Ray {
       return !(behind || gap(0) > pad || gap(1) > pad);
     };
     const auto is_on_it = [&](std::uint32_t triangle) {
-      const Crossing c = cross(mesh_.corners(triangle));
+      const Crossing c = cross(joined_corners(triangle));
       sum += c.count;
       return c.on_surface;
     };
@@ -61,6 +61,13 @@ class Ray {
     int count = 0;
     bool on_surface = false;
   };
+
+  // Vertices that are joined although they differ by rounding are one here, so that the surface is closed exactly.
+  Corners joined_corners(std::uint32_t triangle) const {
+    const auto& t = mesh_.triangles[triangle];
+    const auto vertex = [&](std::uint32_t v) -> const Vec3& { return mesh_.vertices[mesh_.representative(v)]; };
+    return {vertex(t[0]), vertex(t[1]), vertex(t[2])};
+  }
 
   // The signs of a triangle relative to the point: of the volume, and of the three areas along z.
   struct Signs {
