@@ -7,6 +7,7 @@
 #include "catch.h"
 #include "convex/feature_normals.h"
 #include "convex/gjk.h"
+#include "mesh_samples.h"
 #include "random_pairs.h"
 #include "reference.h"
 
@@ -108,6 +109,39 @@ TEST_CASE("a point beside a triangle's corner: the whole triangle is behind the 
     double separation = infinity;
     for (const Vec3& v : t.vertices) separation = std::min(separation, answer.normal.dot(at.translation - v));
     REQUIRE(answer.signed_distance - separation <= allowed_error * (3 + at.translation.norm()));
+  }
+}
+
+TEST_CASE("a triangle or a capsule at a corner of a box: the normal separates both, also from the box as a mesh") {
+  // Points beside each other on neighbouring triangles, and on an axis and at its end, are as near, to rounding.
+  for (std::uint64_t seed = 0; seed < 40000; ++seed) {
+    CAPTURE(seed);
+    Random r(62000 + seed);
+    const Vec3 half{r.in(0.05, 1), small(r, 0, 4), r.in(0.05, 1)};
+    const Vec3 n = r.direction().cwiseAbs();
+    const Vec3 near = half + (r.once_in(4) ? 0.5 : small(r, 0, 8)) * n + small(r, 1, 17) * r.direction();
+    const auto away = [&] {
+      const Vec3 w = r.vec(-1, 1);
+      return Vec3(w - std::min(0.0, 2 * w.dot(n)) * n);
+    };
+    const Vec3 first = away(), second = away();
+    const bool triangle = r.once_in(2);
+    const double length = first.norm(), radius = small(r, 1, 8);
+    const Shape b = triangle ? Shape(Triangle{{Vec3::Zero(), first, second}}) : Shape(Capsule{radius, length});
+    Pose at{Mat3::Identity(), near};
+    if (!triangle) {
+      at.rotation = Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), first).toRotationMatrix();
+      at.translation = near + radius * n + (length / 2) * at.rotation.col(2);
+    }
+    const Shape a = triangle ? Shape(box_mesh(2 * half)) : Shape(Box{2 * half});
+    const PairAnswer answer = NarrowPhase().solve(a, {}, b, at, Request::distance);
+    if (answer.collide) continue;
+    const Vec3 axis = (length / 2) * at.rotation.col(2), end = at.translation - radius * answer.normal;
+    const std::vector<Vec3> behind =
+        triangle ? std::vector<Vec3>{near, near + first, near + second} : std::vector<Vec3>{end + axis, end - axis};
+    const double allowed = 1e-10 * (half.norm() + near.norm() + length);
+    REQUIRE(half.dot(answer.normal.cwiseAbs()) <= answer.normal.dot(answer.point_a) + allowed);
+    for (const Vec3& v : behind) REQUIRE(answer.normal.dot(v - answer.point_b) >= -allowed);
   }
 }
 
