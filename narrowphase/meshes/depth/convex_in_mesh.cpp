@@ -136,7 +136,7 @@ bool ConvexInMesh::chord_constraint(const MeshConvexPair& there, std::uint32_t t
     if (c.depth >= deepest - slack) low += c.point - (0.5 * c.depth) * n, ++count;
   if (!(count > 0)) return false;
   low /= count;
-  // The patch of a capsule nearly parallel to the triangle has points off the capsule by as much.
+  // A capsule nearly parallel to the triangle counts as parallel in a patch, whose points may then lie outside of it.
   if (pair_.convex().kind == ShapeKind::capsule) {
     const PointDistance off = point_distance(pair_.convex(), pair_.turn().transpose() * (low - there.centre()));
     low -= std::max(0.0, off.signed_distance) * (pair_.turn() * off.normal);

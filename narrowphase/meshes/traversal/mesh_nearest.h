@@ -108,8 +108,8 @@ class NearestSearch {
   bool each_within(double within, const Meet& meet, const Visit& visit, const std::function<void(double)>& progress,
                    const LeaveOut& leave_out = {});
 
-  /// The direction from A to B at the result's points, in world axes (`direction_of`); moves `points` to
-  /// those as near that are along it.
+  /// The direction from A to B at the result's points, in world axes (`direction_of`). Where it is that of another pair
+  /// of triangles, as near to rounding, `points` become that pair's; else they stay.
   Vec3 normal(const NarrowPhaseOptions& options, Nearest& points);
 
  private:
