@@ -469,6 +469,9 @@ inline constexpr double last_climb = 5e-3;
 /// The distance beyond the ends of an arc, relative to its length, up to which a minimum found from within belongs to
 /// it.
 inline constexpr double arc_ends = 1e-2;
+/// The sine of the angle between a circle of directions and a minimum up to which the minimum lies on it. More: one
+/// beside it, as a disc's axis, hides one on it. Less: minima are found twice.
+inline constexpr double on_circle = 1e-12;
 /// The length of an arc of directions, radians, up to which a descent from it may pass a narrow minimum.
 inline constexpr double narrow_arc = 1e-3;
 /// The sine of the angle between two axes of revolution up to which two bodies count as nearly symmetric about one.

@@ -15,14 +15,17 @@ namespace {
 template <class Supporting>
 class SpanSearch {
  public:
-  SpanSearch(Minima& m, const Circle& circle, double add, const Supporting& supporting, const CircleFloor& floor)
+  /// `ends`: of an arc, the normals of the faces between which it lies; of a whole circle none.
+  SpanSearch(Minima& m, const Circle& circle, double add, const Supporting& supporting, const CircleFloor& floor,
+             std::span<const Vec3> ends = {})
       : m_(m),
         circle_(circle),
         lift_(circle.height),
         radius_(circle.radius),
         add_(add),
         supporting_(supporting),
-        floor_(floor) {}
+        floor_(floor),
+        ends_(ends) {}
 
   void search(const Span* spans, int count) {
     constexpr int most = 96, most_spans = 8;
@@ -97,16 +100,19 @@ class SpanSearch {
     return reaches(span.first.p, span.last.out, span.first.out) || reaches(span.last.p, span.first.out, span.last.out);
   }
 
-  /// True if so short an interval, which contains one minimum, contains a known one, or one is found from `out`.
+  /// True if so short an interval contains a known minimum, or one is found from `out`: it has one, as a disc's support
+  /// curves upwards on one stretch of a circle only. The normal of a face, where an arc ends, may be another one.
   bool holds_known(const Span& span, const Vec3& out) {
     constexpr double narrow = 0.1;
     const Vec3 along = span.last.out - span.first.out;
     const double width = along.squaredNorm();
     if (!(width < narrow * narrow)) return false;
     const auto holds = [&](const Vec3& n) {
+      for (const Vec3& end : ends_)
+        if ((n - end).squaredNorm() < tolerance::squared(tolerance::flush)) return false;
       const Vec3 to = n - direction(span.first.out);
       const double place = to.dot(along) / (radius_ * width);
-      return std::abs(n.dot(circle_.axis) - lift_) < tolerance::flush && to.squaredNorm() < narrow * narrow &&
+      return std::abs(n.dot(circle_.axis) - lift_) < tolerance::on_circle && to.squaredNorm() < narrow * narrow &&
              place > -tolerance::arc_ends && place < 1 + tolerance::arc_ends;
     };
     for (int i = 0; i < m_.count; ++i)
@@ -120,6 +126,7 @@ class SpanSearch {
   double lift_, radius_, add_;
   const Supporting& supporting_;
   const CircleFloor& floor_;
+  std::span<const Vec3> ends_;
 };
 
 }  // namespace
@@ -176,7 +183,8 @@ void search_face_arcs(Minima& m, int which, const FaceReach& reach) {
     if (!(circle.axis.dot(span.first.out.cross(span.last.out)) > 0)) return;
     for (const Sample* end : {&span.first, &span.last})
       if (end->out.dot(end->p) < m.best.h - m.rounding) m.try_from(end->out);
-    SpanSearch(m, circle, 0, support, CircleFloor(other, circle, corner)).search(&span, 1);
+    const Vec3 ends[2] = {span.first.out, span.last.out};
+    SpanSearch(m, circle, 0, support, CircleFloor(other, circle, corner), ends).search(&span, 1);
   };
   if (body.kind() == ShapeKind::box) {
     for (const FaceArc& arc : box_arcs) follow(arc.v[0], arc.v[1], arc.face[0], arc.face[1]);

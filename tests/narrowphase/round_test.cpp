@@ -621,6 +621,59 @@ TEST_CASE("round: the least depth over two rims is found, however narrow it is")
          {about({-1.6, 0.9, 0.9}, 2e-10), {-0.011951576350643849, 0.015388486649677397, -0.21263408382639915}}});
 }
 
+TEST_CASE("round: a disc's rim under a face's edge has minima at the face and between it and the next one") {
+  // Along the arc of directions from one face to the other h rises from the first minimum and falls to the second.
+  for (std::uint64_t seed = 0; seed < 20000; ++seed) {
+    CAPTURE(seed);
+    reference::Random r(62000 + seed);
+    const double radius = std::pow(10, r.in(-2, 2)), length = std::pow(10, r.in(-2, 2));
+    const Vec3 half{std::pow(10, r.in(-0.5, 0.5)), std::pow(10, r.in(-0.5, 0.5)), std::pow(10, r.in(-0.5, 0.5))};
+    const Shape box(Box{2 * half}),
+        round = r.once_in(3) ? Shape(Cone{radius, length}) : Shape(Cylinder{radius, length});
+    const double tilt = std::pow(10, -r.in(0, 4)), angle = r.in(-3, 3);
+    const Mat3 turn = Eigen::AngleAxisd(tilt, Vec3(std::cos(angle), std::sin(angle), 0)).toRotationMatrix();
+    const Vec3 down = -turn.row(2).transpose();
+    const Vec3 lowest = turn * (radius * Vec3(down[0], down[1], 0).normalized() - Vec3(0, 0, length / 2));
+    const double depth = half.minCoeff() * std::pow(10, -r.in(0, 3)),
+                 inside = 0.1 * half[0] * std::pow(10, -r.in(0, 6));
+    const Pose pose{turn, Vec3(half[0] - inside, r.in(-1, 1) * half[1], half[2] - depth) - lowest};
+    const PairAnswer answer = NarrowPhase().solve(box, {}, round, pose, Request::distance);
+    if (!answer.collide || answer.status != Status::ok) continue;
+    double least = infinity;
+    for (int step = 0; step <= 400; ++step) {
+      const double at = 0.5 * std::numbers::pi * std::pow(step / 400.0, 4);
+      const Vec3 n{std::sin(at), 0, std::cos(at)};
+      least = std::min(least, -reference::separation(box, {}, round, pose, n));
+    }
+    REQUIRE(-answer.signed_distance <= least + 1e-12 * (radius + length + half.norm()));
+  }
+}
+
+TEST_CASE("round: a disc's axis beside an arc between two faces is not the least depth on it") {
+  const auto turned = [](const std::array<double, 9>& rows) {
+    return Mat3(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data()));
+  };
+  const Vec3 half{0.60324162835247308, 1.2383237224006867, 1.9143790136952428};
+  const Pose pose_a{
+      turned({-0.1986542849452948, -0.82886688273355791, 0.52298773004768306, 0.17523175192572338, 0.49498566359049834,
+              0.85104819249964669, -0.96427709098055181, 0.26070842630691565, 0.046912772915871703}),
+      Vec3::Zero()};
+  const Pose pose_b{
+      turned({-0.19881311806719965, -0.82886722952779446, 0.52292682078787711, 0.17497326256667828, 0.4949850992080897,
+              0.8511017030582948, -0.96429129492657462, 0.26070839529419898, 0.046620072414719396}),
+      {0.33717087220439868, 1.9548292495944635, 2.060764917550459}};
+  const Shape cone(Cone{2.3148677496494043, 0.28221678069170275});
+  std::vector<Vec3> corners;
+  for (const double x : {-1, 1})
+    for (const double y : {-1, 1})
+      for (const double z : {-1, 1}) corners.push_back(half.cwiseProduct(Vec3(x, y, z)));
+  for (const Shape& a : {Shape(Box{2 * half}), Shape(Convex{corners})}) {
+    const PairAnswer answer = NarrowPhase().solve(a, pose_a, cone, pose_b, Request::distance);
+    CHECK(answer.status == Status::ok);
+    CHECK(std::abs(answer.signed_distance + 0.11952414790772647) < 1e-12);
+  }
+}
+
 TEST_CASE("a flat ellipsoid beside a hull's edge: the edge's point, where Newton's method ends with one of its ends") {
   const Shape hull(Convex{{{-0.14388625511614017, 0.2588139024081908, 0.76024212847009287},
                            {0.51395122123232606, -0.78706165569682907, 0.2292538850883199},
