@@ -216,23 +216,22 @@ int kinks_near(const Hull& hull, const Vec3& m, double angle, WorkMeter& meter) 
   return kinks;
 }
 
-/// True if h may have several minima within this angle (radians) of n: where a hull's support has kinks, and maybe an
-/// ellipsoid's bends as sharply, in more than one place.
+/// True if h may have several minima within this angle (radians) of n: where a hull's support has several kinks, or an
+/// ellipsoid's radii of curvature are not the same within a tenth. With equal ones h curves upwards all over, or
+/// downwards beside the kinks.
 bool Search::may_have_more(const Vec3& n, double angle) const {
-  int places = 0;
-  bool has_hull = false;
+  constexpr double even = 32;  // ratio of the height below to its change; the radii are as its inverse cube
   WorkMeter meter(pair_.difference.limit);
   for (const RoundBody& body : pair_.body) {
     if (body.kind() == ShapeKind::convex) {
-      has_hull = true;
-      places += kinks_near(body.hull(), body.axes().transpose() * n, angle, meter);
+      if (kinks_near(body.hull(), body.axes().transpose() * n, angle, meter) > 1) return true;
     } else if (body.kind() == ShapeKind::ellipsoid) {
-      // The support's point moves along a longest axis within about the ratio of this height to that.
       const auto& radii = body.view().param;
-      if (n.dot(body.support(n) - body.centre()) < 2 * angle * std::max({radii[0], radii[1], radii[2]})) ++places;
+      const double height = n.dot(body.support(n) - body.centre());
+      if (height < even * angle * std::max({radii[0], radii[1], radii[2]})) return true;
     }
   }
-  return has_hull && places > 1;
+  return false;
 }
 
 /// Expands a polytope within A - B until no face is nearer than the best minimum; returns the remaining uncertainty.

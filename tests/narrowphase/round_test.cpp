@@ -674,6 +674,25 @@ TEST_CASE("round: a disc's axis beside an arc between two faces is not the least
   }
 }
 
+TEST_CASE("round: a flat ellipsoid's edge under a box's has a minimum beside that at the box's face") {
+  const auto turned = [](const std::array<double, 9>& rows) {
+    return Mat3(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data()));
+  };
+  const Pose pose_a{
+      turned({-0.64763302195017025, 0.7324204761739328, 0.21007549824013044, 0.19383706490324654, -0.10826703393826143,
+              0.97504125124627694, 0.73688442862458703, 0.67218933005765602, -0.071852929009575073}),
+      Vec3::Zero()};
+  const Pose pose_b{
+      turned({-0.65053064346835898, 0.73061609822117068, 0.20738852168988187, 0.18029024939725388, -0.11670277168927998,
+              0.97666569974188977, 0.73777049810962081, 0.67274109440416374, -0.055804229400374737}),
+      {0.96962944691600894, -0.06125370917247161, 0.011836613447525735}};
+  const Shape box(Box{2 * Vec3(0.35580034312887471, 2.3448971078375407, 0.40157007830878177)});
+  const Shape plate(Ellipsoid{{0.98775929750006342, 0.045002473163083312, 0.00036651889009903547}});
+  const PairAnswer answer = NarrowPhase().solve(box, pose_a, plate, pose_b, Request::distance);
+  CHECK(answer.status == Status::ok);
+  CHECK(std::abs(answer.signed_distance + 0.2721701805677067) < 1e-12);  // at the face: 0.2721716649
+}
+
 TEST_CASE("a flat ellipsoid beside a hull's edge: the edge's point, where Newton's method ends with one of its ends") {
   const Shape hull(Convex{{{-0.14388625511614017, 0.2588139024081908, 0.76024212847009287},
                            {0.51395122123232606, -0.78706165569682907, 0.2292538850883199},
