@@ -194,10 +194,17 @@ void search_face_arcs(Minima& m, int which, const FaceReach& reach) {
       follow((i + 1) % 3, i, 1, 2 + i);
     }
   } else {
-    WorkMeter meter(m.pair.difference.limit, unchecked_edges(body.hull()));
-    for (const Hull::Edge& e : body.hull().edges) {
+    const Hull& hull = body.hull();
+    WorkMeter meter(m.pair.difference.limit, unchecked_edges(hull));
+    for (std::uint32_t i = 0; i < hull.edges.size(); ++i) {
       meter.spend();
-      follow(e.v[0], e.v[1], e.face[0], e.face[1]);
+      const auto& [v, face] = hull.edges[i];
+      if (hull.dimension == 3) {
+        follow(v[0], v[1], face[0], face[1]);
+      } else {
+        follow(v[0], v[1], face[0], 2 + i);
+        follow(v[1], v[0], face[1], 2 + i);
+      }
     }
   }
 }

@@ -5,6 +5,16 @@
 
 namespace tandem {
 
+namespace {
+
+/// The normal of a flat polygon's side, in the polygon's plane, outward.
+Vec3 side_normal(const Hull& polygon, const Hull::Edge& side) {
+  const Vec3 along = polygon.vertices[side.v[1]] - polygon.vertices[side.v[0]];
+  return along.cross(polygon.faces[side.face[0]].normal).stableNormalized();
+}
+
+}  // namespace
+
 void FaceReach::measure(const RoundBody& polytope, const RoundBody& circle) {
   count_ = 0;
   axes_ = circle.axes();
@@ -34,9 +44,16 @@ void FaceReach::measure(const RoundBody& polytope, const RoundBody& circle) {
     }
     return;
   }
-  for (const Hull::Face& f : polytope.hull().faces) {
-    if (count_ == most) break;
+  const Hull& hull = polytope.hull();
+  for (const Hull::Face& f : hull.faces) {
+    if (count_ == most) return;
     set(f.normal, f.offset);
+  }
+  if (hull.dimension == 3) return;
+  for (const Hull::Edge& e : hull.edges) {
+    if (count_ == most) return;
+    const Vec3 out = side_normal(hull, e);
+    set(out, out.dot(hull.vertices[e.v[0]]));
   }
 }
 
@@ -49,7 +66,11 @@ FaceReach::Least FaceReach::least() const {
 
 Vec3 face_normal(const RoundBody& body, const FaceReach& reach, std::size_t face) {
   if (body.kind() == ShapeKind::triangle) return reach.normal(face);
-  if (body.kind() != ShapeKind::box) return body.axes() * body.hull().faces[face].normal;
+  if (body.kind() != ShapeKind::box) {
+    const Hull& hull = body.hull();
+    const std::size_t faces = hull.faces.size();
+    return body.axes() * (face < faces ? hull.faces[face].normal : side_normal(hull, hull.edges[face - faces]));
+  }
   const Vec3 n = body.axes().col(static_cast<int>(face / 2));
   return face % 2 == 0 ? n : Vec3(-n);
 }

@@ -7,9 +7,10 @@
 
 namespace tandem {
 
-/// The common support of a box, a triangle or a hull with a volume, and a body with a circle, along the normals of the
-/// polytope's faces, with bounds on the arcs of directions between them. A triangle has two faces, 0 and 1, and one
-/// more across each edge, in its plane: 2 + i from its corner i on.
+/// The common support of a box, a triangle or a hull with an area, and a body with a circle, along the normals of the
+/// polytope's faces, with bounds on the arcs of directions between them. A triangle and a flat polygon have two faces,
+/// 0 and 1, and one more across each edge, in their plane: 2 + i from the triangle's corner i on, or of the hull's edge
+/// i.
 class FaceReach {
  public:
   static constexpr std::size_t most = 512;  ///< for more faces no bounds are known
@@ -60,7 +61,7 @@ class FaceReach {
   double h_[most];
 };
 
-/// The normal of a polytope's face, unit, in the common frame; for a triangle that of FaceReach.
+/// The normal of a polytope's face, with the numbers of FaceReach; unit, in the common frame.
 Vec3 face_normal(const RoundBody& body, const FaceReach& reach, std::size_t face);
 
 }  // namespace tandem

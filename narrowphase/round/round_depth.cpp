@@ -84,7 +84,8 @@ class Search {
 /// descent is needed.
 bool Search::try_face(int which, std::size_t face, const Vec3& n) {
   const RoundBody &body = pair_.body[which], &other = pair_.body[1 - which];
-  if (body.kind() == ShapeKind::triangle) return false;
+  if (body.kind() == ShapeKind::triangle || (body.kind() == ShapeKind::convex && body.hull().dimension == 2))
+    return false;
   Support s;
   s.n = n;
   s.point[1 - which] = other.support(n);
@@ -109,7 +110,7 @@ bool Search::by_arcs(int which) const {
   const RoundBody& body = pair_.body[which];
   if (!pair_.body[1 - which].has_circle()) return false;
   if (body.kind() == ShapeKind::triangle) return spans_plane(body.view().vertices);
-  return body.kind() == ShapeKind::box || (body.kind() == ShapeKind::convex && body.hull().dimension == 3);
+  return body.kind() == ShapeKind::box || (body.kind() == ShapeKind::convex && body.hull().dimension > 1);
 }
 
 /// Tries directions that are often minima: the axes of both, the common perpendicular, normals of faces.
@@ -338,15 +339,9 @@ void Search::search_kinks() {
     if (reach_[which].known()) {
       search_face_arcs(m_, which, reach_[which]);
     } else if (body.kind() == ShapeKind::convex && pair_.body[1 - which].has_circle()) {
-      // Between a flat hull's face and its back, or all around a segment.
       const Hull& hull = body.hull();
-      WorkMeter meter(pair_.difference.limit, unchecked_edges(hull));
-      for (const Hull::Edge& e : hull.edges) {
-        meter.spend(16);
-        if (m_.best.h > 0)
-          search_circle(m_, which, {body.axes() * (hull.vertices[e.v[1]] - hull.vertices[e.v[0]]).stableNormalized()},
-                        true);
-      }
+      if (hull.dimension == 1)
+        search_circle(m_, which, {body.axes() * (hull.vertices[1] - hull.vertices[0]).stableNormalized()}, true);
     } else if (body.kind() == ShapeKind::convex) {
       try_faces(which);
       search_near_edges(which);
