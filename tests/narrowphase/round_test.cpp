@@ -25,6 +25,10 @@ constexpr ShapeRecipe partners[] = {{ShapeKind::cylinder},   {ShapeKind::cone}, 
                                     {ShapeKind::box},        {ShapeKind::capsule}, {ShapeKind::triangle},
                                     {ShapeKind::convex, 24}, {ShapeKind::sphere}};
 
+Mat3 turned(const std::array<double, 9>& rows) {
+  return Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data());
+}
+
 void check_against_truth(const PosedPair& p) {
   const NarrowPhase solver;
   const reference::Truth truth = reference::signed_distance(p.a, p.pose_a, p.b, p.pose_b);
@@ -578,9 +582,6 @@ TEST_CASE("round: an edge across a flat cone is as far from its side as a formul
 }
 
 TEST_CASE("round: the least depth over two rims is found, however narrow it is") {
-  const auto turned = [](const std::array<double, 9>& rows) {
-    return Mat3(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data()));
-  };
   const auto about = [](const Vec3& axis, double angle) {
     return Eigen::AngleAxisd(angle, axis.normalized()).toRotationMatrix();
   };
@@ -650,9 +651,6 @@ TEST_CASE("round: a disc's rim under a face's edge has minima at the face and be
 }
 
 TEST_CASE("round: a disc's axis beside an arc between two faces is not the least depth on it") {
-  const auto turned = [](const std::array<double, 9>& rows) {
-    return Mat3(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data()));
-  };
   const Vec3 half{0.60324162835247308, 1.2383237224006867, 1.9143790136952428};
   const Pose pose_a{
       turned({-0.1986542849452948, -0.82886688273355791, 0.52298773004768306, 0.17523175192572338, 0.49498566359049834,
@@ -675,9 +673,6 @@ TEST_CASE("round: a disc's axis beside an arc between two faces is not the least
 }
 
 TEST_CASE("round: a flat ellipsoid's edge under a box's has a minimum beside that at the box's face") {
-  const auto turned = [](const std::array<double, 9>& rows) {
-    return Mat3(Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(rows.data()));
-  };
   const Pose pose_a{
       turned({-0.64763302195017025, 0.7324204761739328, 0.21007549824013044, 0.19383706490324654, -0.10826703393826143,
               0.97504125124627694, 0.73688442862458703, 0.67218933005765602, -0.071852929009575073}),
