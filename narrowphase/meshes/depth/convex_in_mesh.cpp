@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "closed_forms/closed_forms.h"
+#include "closed_forms/surface_distance.h"
 #include "meshes/traversal/coplanar_region.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "meshes/traversal/point_queries.h"
@@ -136,11 +136,11 @@ bool ConvexInMesh::chord_constraint(const MeshConvexPair& there, std::uint32_t t
     if (c.depth >= deepest - slack) low += c.point - (0.5 * c.depth) * n, ++count;
   if (!(count > 0)) return false;
   low /= count;
-  // A capsule nearly parallel to the triangle counts as parallel in a patch, whose points may then lie outside of it.
-  if (pair_.convex().kind == ShapeKind::capsule) {
-    const PointDistance off = point_distance(pair_.convex(), pair_.turn().transpose() * (low - there.centre()));
-    low -= std::max(0.0, off.signed_distance) * (pair_.turn() * off.normal);
-  }
+  // A face nearly parallel to the triangle counts as parallel in a patch, whose points may then lie outside the shape.
+  if (const auto off = surface_distance(pair_.convex(), pair_.turn().transpose() * low, 0))
+    low -= std::max(0.0, off->distance) * (pair_.turn() * off->normal);
+  else if (pair_.convex().kind != ShapeKind::sphere)
+    low = lowest;
   const double below = n.dot(p[0] - low);
   const Vec3 chord = there.centre() - low;
   const double rise = n.dot(chord), slope = rise / chord.norm();

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -168,12 +169,14 @@ std::string along(const Case& c, Random& random) {
       return say("moving by ", s, " separates, the depth is ", -r.signed_distance, " +- ", r.error_bound);
     const auto moved = [&](double by) { return distance(c.a, a, c.b, {b.rotation, b.translation + by * u}); };
     const PairAnswer there = moved(s);
-    if (there.signed_distance + there.error_bound < -2 * tolerance)
+    const double off =
+        2 * tolerance + 4 * std::numeric_limits<double>::epsilon() * s;  // with what rounding leaves of the translation
+    if (there.signed_distance + there.error_bound < -off)
       return say("moved by the separation ", s, " they overlap by ", -there.signed_distance);
     if (k == 0 && convex && c.answers.collide && r.status == Status::ok &&
         std::abs(s + r.signed_distance) > tolerance + r.error_bound)
       return say("separation ", s, " along the normal, depth ", -r.signed_distance);
-    if (s > 0 && there.signed_distance - there.error_bound > 2 * tolerance)
+    if (s > 0 && there.signed_distance - there.error_bound > off)
       return say("moved by the separation ", s, " along ", u.transpose(), " they are ", there.signed_distance,
                  " apart");
     if (c.answers.collide && s > 100 * tolerance && convex && !(moved(0.99 * s).signed_distance <= tolerance))
