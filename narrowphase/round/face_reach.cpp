@@ -4,7 +4,6 @@
 #include "convex/triangle_height.h"
 
 namespace tandem {
-
 namespace {
 
 /// The normal of a flat polygon's side, in the polygon's plane, outward.

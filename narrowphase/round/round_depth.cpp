@@ -221,7 +221,7 @@ int kinks_near(const Hull& hull, const Vec3& m, double angle, WorkMeter& meter) 
 /// ellipsoid's radii of curvature are not the same within a tenth. With equal ones h curves upwards all over, or
 /// downwards beside the kinks.
 bool Search::may_have_more(const Vec3& n, double angle) const {
-  constexpr double even = 32;  // ratio of the height below to its change; the radii are as its inverse cube
+  constexpr double even = 32;  // ratio of an ellipsoid's height along n to its change; its radii are as the height^-3
   WorkMeter meter(pair_.difference.limit);
   for (const RoundBody& body : pair_.body) {
     if (body.kind() == ShapeKind::convex) {

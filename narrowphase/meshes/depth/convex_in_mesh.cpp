@@ -136,7 +136,8 @@ bool ConvexInMesh::chord_constraint(const MeshConvexPair& there, std::uint32_t t
     if (c.depth >= deepest - slack) low += c.point - (0.5 * c.depth) * n, ++count;
   if (!(count > 0)) return false;
   low /= count;
-  // A face nearly parallel to the triangle counts as parallel in a patch, whose points may then lie outside the shape.
+  // A face nearly parallel to the triangle counts as parallel in a patch, whose points may then lie outside the shape:
+  // the middle is moved onto it. For flat shapes and large hulls, with no surface to move it to, the deepest point.
   if (const auto off = surface_distance(pair_.convex(), pair_.turn().transpose() * low, 0))
     low -= std::max(0.0, off->distance) * (pair_.turn() * off->normal);
   else if (pair_.convex().kind != ShapeKind::sphere)
