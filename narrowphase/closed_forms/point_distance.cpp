@@ -93,8 +93,10 @@ PointToSegment point_to_segment(const Vec3& a, const Vec3& b, const Vec3& p) {
   const Vec3& end = first ? a : b;
   const Vec3 along = (first ? from_a : -from_b) / length2 * ab;
   // From that end, not from the point on the segment, which is rounded where coordinates are large relative to d.
-  const Vec3 d = (p - end) - along;
-  return {end + along, d - (d.dot(ab) / length2) * ab};  // removes what rounding left along the segment
+  Vec3 d = (p - end) - along;
+  // Removes what rounding left along the segment; for a point on it that was nearly all of d, and the removal inexact.
+  for (int i = 0; i < 2; ++i) d -= (d.dot(ab) / length2) * ab;
+  return {end + along, d};
 }
 
 /// The vector to p from the nearest point of a triangle's sides. Near a corner a side and the corner are equally near,

@@ -73,6 +73,17 @@ TEST_CASE("a sphere a hair past a large triangle's edge: the way to the edge, no
   CHECK((r.normal - Vec3(0, -4, -off).normalized()).norm() < 1e-12);
 }
 
+TEST_CASE("a point on a segment, to rounding: the normal is square to the segment") {
+  Random r(9);
+  for (int i = 0; i < 100000; ++i) {
+    const Vec3 from = r.direction(), to = from + r.in(0.1, 2) * r.direction();
+    const Shape segment(Triangle{from, to, to});
+    const Pose point{Mat3::Identity(), from + r.in(0.1, 0.9) * (to - from)};
+    const PairAnswer answer = NarrowPhase().solve(Shape(Sphere{0}), point, segment, Pose{}, Request::distance);
+    REQUIRE(std::abs(answer.normal.dot((to - from).normalized())) <= 1e-15);
+  }
+}
+
 TEST_CASE("crossing capsules: depth is the radii, the normal their common perpendicular") {
   const NarrowPhase n;
   Pose turned;
