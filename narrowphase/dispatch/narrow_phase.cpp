@@ -11,7 +11,7 @@
 
 #include "boxes/box_screen.h"
 #include "dispatch/rounded_pair.h"
-#include "dispatch/undecided.h"
+#include "shapes/undecided.h"
 #include "dispatch/voxel_pair.h"
 #include "meshes/mesh_pair.h"
 #include "pairs/centre_test.h"

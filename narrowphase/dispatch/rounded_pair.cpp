@@ -6,7 +6,7 @@
 #include <cmath>
 #include <span>
 
-#include "dispatch/undecided.h"
+#include "shapes/undecided.h"
 #include "manifold/manifold.h"
 #include "meshes/mesh_solvers.h"
 #include "pairs/convex_pair.h"

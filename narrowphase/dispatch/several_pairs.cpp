@@ -12,7 +12,7 @@
 #include "boxes/box_screen.h"
 #include "boxes/halfspace_boxes.h"
 #include "dispatch/sphere_lanes.h"
-#include "dispatch/undecided.h"
+#include "shapes/undecided.h"
 #include "manifold/manifold.h"
 #include "pairs/convex_pair.h"
 #include "pairs/solver_table.h"

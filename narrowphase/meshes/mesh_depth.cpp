@@ -257,6 +257,9 @@ PairAnswer depth_of_meshes(const Posed& a, const Posed& b, std::span<const Trian
 
 PairAnswer bounded_contacts(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                             const NarrowPhaseOptions& options, std::size_t first, std::vector<Contact>& contacts) {
+  // Of triangles that are hardly larger than the rounding of their places no patch may be left.
+  if (contacts.size() == first)
+    contacts.push_back(contact_of(solve_meshes(a, b, Request::distance, options, nullptr), of_no_feature));
   PairAnswer answer = from_deepest(contacts, first);
   answer.collide = true;
   const double depth = -answer.signed_distance,

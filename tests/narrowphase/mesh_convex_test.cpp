@@ -770,3 +770,54 @@ TEST_CASE("a capsule without length has a ball's contacts with a solid, of any s
       CHECK(std::equal(ball.begin(), ball.end(), other.begin(), other.end(), same_bits));
     }
 }
+
+TEST_CASE("a rod no wider than rounding does not pass between two triangles of a solid") {
+  // Two cubes, so that it is not solved as its hull; the rods go through a diagonal of a face.
+  const std::array<std::int32_t, 3> cells[] = {{0, 0, 0}, {5, 5, 5}};
+  const Shape solid = voxel_mesh(cells, 1);
+  constexpr double width = 1e-18;
+  Random r(11);
+  for (int i = 0; i < 3000; ++i) {
+    const double at = r.in(0.05, 0.95);
+    const Vec3 through(0, at, i % 2 == 0 ? at : 1 - at), along = Vec3(r.in(0.1, 1), r.in(-1, 1), r.in(-1, 1));
+    const Pose pose = i % 3 == 0 ? random_pose(r, 1) : Pose{};
+    const Vec3 in = pose * (through + r.in(0.01, 0.04) * along), out = pose * (through - r.in(0.01, 2) * along);
+    const double length = (in - out).norm();
+    const Vec3 digit = Vec3::Constant(2e-16);
+    const Pose lying{Eigen::Quaterniond::FromTwoVectors(Vec3::UnitZ(), out - in).toRotationMatrix(), (in + out) / 2};
+    const std::pair<Shape, Pose> rods[] = {{Shape(Convex{{in, out}}), Pose{}},
+                                           {Shape(Convex{{in, out, in + digit, out - digit}}), Pose{}},
+                                           {Shape(Triangle{in, out, out}), Pose{}},
+                                           {Shape(Capsule{width, length}), lying},
+                                           {Shape(Cylinder{width, length}), lying},
+                                           {Shape(Ellipsoid{{width, width, length / 2}}), lying},
+                                           {Shape(Box{Vec3(width, width, length)}), lying}};
+    for (const auto& [rod, where] : rods) {
+      CAPTURE(i, name(rod.kind()));
+      REQUIRE(collide(solid, pose, rod, where));
+      REQUIRE(answer(solid, pose, rod, where).signed_distance < 0);
+      std::vector<Contact> contacts;
+      NarrowPhase().solve(solid, pose, rod, where, Request::contacts, &contacts);
+      REQUIRE_FALSE(contacts.empty());
+    }
+  }
+}
+
+TEST_CASE("a flat polygon in the plane of an edge does not pass between its two triangles") {
+  const std::array<std::int32_t, 3> cells[] = {{0, 0, 0}, {5, 5, 5}};
+  const Shape solid = voxel_mesh(cells, 1);
+  Random r(12);
+  for (int i = 0; i < 3000; ++i) {
+    // About a diagonal of the face x = 0.
+    const double at = r.in(0.3, 0.7), up = i % 2 == 0 ? 1 : -1;
+    const Vec3 edge = Vec3(0, 1, up).normalized(), middle(0, at, i % 2 == 0 ? at : 1 - at);
+    const Vec3 any = i % 5 == 0 ? Vec3(1, 0, 0) : r.direction(), across = (any - any.dot(edge) * edge).normalized();
+    const Vec3 along = r.in(0.01, 0.2) * edge, one = r.in(0.01, 0.05) * across, other = -r.in(0.01, 0.05) * across;
+    const Pose pose = i % 3 == 0 ? random_pose(r, 1) : Pose{};
+    const Shape polygon(Convex{{pose * Vec3(middle + along + one), pose * Vec3(middle - along + one),
+                                pose * Vec3(middle - along + other), pose * Vec3(middle + along + other)}});
+    CAPTURE(i);
+    REQUIRE(collide(solid, pose, polygon, Pose{}));
+    REQUIRE(answer(solid, pose, polygon, Pose{}).signed_distance < 0);
+  }
+}

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include "closed_forms/closed_forms.h"
 #include "closed_forms/surface_distance.h"
@@ -12,6 +13,7 @@
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
+#include "triangles/predicates.h"
 
 namespace tandem {
 namespace {
@@ -191,16 +193,55 @@ double MeshConvexPair::box_gap(const Corners& p) const {
 bool MeshConvexPair::collide(std::span<const Vec3> towards) const {
   bool hit = false;
   ClearPlanes clear;
+  const double rounding = undecided();
+  std::vector<std::uint32_t> in_doubt;
   for (const Vec3& n : towards) clear.add(support_plane(n));
   query().each_near(0, [&](std::uint32_t t) {
     const Corners p = corners(t);
-    if (clear.separate(p, slack())) return false;
+    if (clear.separate(p, rounding)) return false;
     Vec3 apart_along = Vec3::Zero();
     hit = touches(p, bound(p), &apart_along);
-    if (!apart_along.isZero(0)) clear.add(support_plane(apart_along));
-    return hit;
+    if (hit) return true;
+    const SupportPlane plane = support_plane(apart_along);
+    if (!apart_along.isZero(0)) clear.add(plane);
+    if (apart_along.isZero(0) || !(plane.beyond(p) > rounding)) in_doubt.push_back(t);
+    return false;
   });
-  return hit || inside();
+  return hit || inside() || (!in_doubt.empty() && thin_parts_meet(in_doubt));
+}
+
+// Triangles, also without area, that are parts of a body no thicker than rounding, in its frame: the faces of a hull,
+// the line of a rod. None of other bodies.
+std::vector<Corners> MeshConvexPair::thin_parts() const {
+  std::vector<Corners> parts;
+  if (view_.hull != nullptr) {
+    const Hull& hull = *view_.hull;
+    if (hull.inner_radius > undecided()) return parts;
+    if (hull.faces.empty()) parts.push_back({hull.vertices.front(), hull.vertices.back(), hull.vertices.back()});
+    for (const Hull::Face& face : hull.faces)
+      for (std::uint32_t k = 2; k < face.count; ++k) {
+        const std::uint32_t* const loop = hull.loop.data() + face.first;
+        parts.push_back({hull.vertices[loop[0]], hull.vertices[loop[k - 1]], hull.vertices[loop[k]]});
+      }
+    return parts;
+  }
+  int longest = 0;
+  own_half_.maxCoeff(&longest);
+  const Vec3 half = own_half_[longest] * Vec3::Unit(longest), width = own_half_ - half;
+  if (width.maxCoeff() <= undecided()) parts.push_back({own_mid_ - half, own_mid_ + half, own_mid_ + half});
+  return parts;
+}
+
+// By rounded distances from single triangles a body without thickness may pass between two with a common edge.
+bool MeshConvexPair::thin_parts_meet(std::span<const std::uint32_t> triangles) const {
+  const std::vector<Corners> parts = thin_parts();
+  if (parts.empty()) return false;
+  TriangleTest test(mesh_.pose, convex_pose_, (own_mid_.cwiseAbs() + own_half_).maxCoeff());
+  return std::any_of(parts.begin(), parts.end(), [&](const Corners& b) {
+    const Corners in_a{test.in_a(b[0]), test.in_a(b[1]), test.in_a(b[2])};
+    return std::any_of(triangles.begin(), triangles.end(),
+                       [&](std::uint32_t t) { return test(model_.corners(t), b, in_a); });
+  });
 }
 
 PairAnswer MeshConvexPair::nearest(double cutoff) const {
@@ -229,7 +270,7 @@ PairAnswer MeshConvexPair::nearest(double cutoff) const {
 }
 
 void MeshConvexPair::decide(PairAnswer& near) const {
-  if (!(std::abs(near.signed_distance) <= slack())) return;
+  if (!(std::abs(near.signed_distance) <= undecided())) return;
   near.collide = collide();
   near.signed_distance = near.collide ? std::min(near.signed_distance, 0.0)
                                       : std::max(near.signed_distance, std::numeric_limits<double>::min());

@@ -10,6 +10,7 @@
 #include "meshes/traversal/triangle_screen.h"
 #include "shapes/posed_mesh.h"
 #include "shapes/support.h"
+#include "shapes/undecided.h"
 #include "shapes/unit_vector.h"
 #include "tandem/narrowphase/answer.h"
 #include "tandem/narrowphase/options.h"
@@ -80,6 +81,10 @@ class MeshConvexPair {
   double radius() const { return radius_; }  ///< of the ball about each point of the convex shape's core
   /// What two pieces of rounding may make of nothing, metres.
   double slack() const { return tolerance::place_rounding * size_; }
+  /// Up to this distance rounding may decide whether they touch, metres: vertices may be far from their own origin.
+  double undecided() const {
+    return std::max(slack(), undecided_distance(mesh_.shape, mesh_.pose, convex_shape_, convex_pose_));
+  }
   /// What a translation that separates may be longer than the depth, metres.
   double translation_slack() const { return tolerance::translation_slack * size_; }
   const NarrowPhaseOptions& options() const { return options_; }
@@ -182,6 +187,8 @@ class MeshConvexPair {
 
  private:
   TriangleBound bound_by(const Corners& p, const Vec3& point, Vec3& on_surface) const;
+  std::vector<Corners> thin_parts() const;
+  bool thin_parts_meet(std::span<const std::uint32_t> triangles) const;
   Vec3 own_centre() const { return view_.hull != nullptr ? view_.hull->inside : Vec3(0, 0, 0); }
 
   const Posed mesh_;
