@@ -11,7 +11,6 @@
 
 #include "boxes/box_screen.h"
 #include "dispatch/rounded_pair.h"
-#include "shapes/undecided.h"
 #include "dispatch/voxel_pair.h"
 #include "meshes/mesh_pair.h"
 #include "pairs/centre_test.h"
@@ -20,6 +19,7 @@
 #include "shapes/convex_view.h"
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
+#include "shapes/undecided.h"
 #include "shapes/unit_vector.h"
 #include "shapes/without_hull.h"
 #include "shapes/work_meter.h"

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <span>
 
-#include "shapes/undecided.h"
 #include "manifold/manifold.h"
 #include "meshes/mesh_solvers.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/posed_mesh.h"
+#include "shapes/undecided.h"
 #include "tolerances.h"
 
 namespace tandem {

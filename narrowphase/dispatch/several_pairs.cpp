@@ -12,11 +12,11 @@
 #include "boxes/box_screen.h"
 #include "boxes/halfspace_boxes.h"
 #include "dispatch/sphere_lanes.h"
-#include "shapes/undecided.h"
 #include "manifold/manifold.h"
 #include "pairs/convex_pair.h"
 #include "pairs/solver_table.h"
 #include "shapes/pair_order.h"
+#include "shapes/undecided.h"
 #include "tolerances.h"
 
 namespace tandem {

@@ -32,8 +32,7 @@ struct CellsFound {
   CellsFound() { nearest.signed_distance = infinity; }
   void take(const PairAnswer& answer) {
     if (answer.status != Status::unproven) certain = std::max(certain, -answer.signed_distance - answer.error_bound);
-    most = answer.status == Status::unproven ? infinity
-                                             : std::max(most, answer.error_bound - answer.signed_distance);
+    most = answer.status == Status::unproven ? infinity : std::max(most, answer.error_bound - answer.signed_distance);
     if (answer.signed_distance < nearest.signed_distance) nearest = answer;
   }
 };
@@ -378,9 +377,8 @@ PairAnswer VoxelPair::contacts(std::vector<Contact>& out) {
   PairAnswer answer = from_deepest(out, first);
   const auto deepest_is_free = [&] { return separates((slack() - answer.signed_distance) * answer.normal); };
   // Rounding makes cells that touch along a covered edge as deep as those that touch along a face.
-  const bool has_deepest =
-      out.size() > first && -answer.signed_distance >= found.certain - slack() &&
-      (!has_covered_contact_across(answer.normal) || (found.most <= slack() && deepest_is_free()));
+  const bool has_deepest = out.size() > first && -answer.signed_distance >= found.certain - slack() &&
+                           (!has_covered_contact_across(answer.normal) || (found.most <= slack() && deepest_is_free()));
   const bool is_free = has_deepest && options_.mesh_bounds && deepest_is_free();
   PairAnswer whole;
   if (!has_deepest || (options_.mesh_bounds && !is_free)) whole = depth(found);
