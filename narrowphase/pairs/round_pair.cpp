@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "closed_forms/closed_forms.h"
+#include "closed_forms/surface_distance.h"
 #include "convex/portal.h"
 #include "convex/projection.h"
 #include "pairs/gjk_pair.h"
@@ -64,6 +65,42 @@ bool project(const RoundPair& pair, int which, Support& s) {
   return any;
 }
 
+/// The point of a shape's core nearest to one outside, in its frame; not of hulls.
+Vec3 nearest_of(const ConvexView& v, const Vec3& p) {
+  if (v.kind == ShapeKind::ellipsoid) {
+    const Vec3 radii{v.param[0], v.param[1], v.param[2]}, scaled = radii.cwiseProduct(ellipsoid_normal(radii, p));
+    return radii.cwiseProduct(scaled) / scaled.norm();
+  }
+  const PointDistance foot = point_distance(v, p);
+  return foot.nearest - core_radius(v) * foot.normal;
+}
+
+/// Of separated bodies moves both points, each to the nearest from the other, until they stay: of bodies as short or
+/// thin as the accuracy of n, as a short capsule and a needle, both may be off. No change if they do not bound the
+/// distance as closely as before, to rounding.
+void project_in_turn(const RoundPair& pair, Support& s) {
+  constexpr int most_turns = 64;
+  const double rounding = 64 * epsilon * pair.scale, still = 0.25 * rounding;
+  if (!(s.h < 0)) return;
+  for (const RoundBody& body : pair.body)
+    if (body.kind() == ShapeKind::convex) return;
+  Support found = s;
+  for (int turn = 0; turn < most_turns; ++turn) {
+    double moved = 0;
+    for (const int which : {0, 1}) {
+      const RoundBody& body = pair.body[which];
+      const Vec3 other = body.axes().transpose() * (-found.point[1 - which] - body.centre());
+      const Vec3 point = body.centre() + body.axes() * nearest_of(body.view(), other);
+      moved = std::max(moved, (point - found.point[which]).norm());
+      found.point[which] = point;
+    }
+    if (moved <= still) break;
+  }
+  found.n = unit(-found.point[0] - found.point[1]);
+  found.h = found.n.dot(pair.support(found.n));
+  if (found.h < 0 && found.h <= s.h + rounding && doubt(found) <= std::max(doubt(s), rounding)) s = found;
+}
+
 /// Makes the points h n apart. The last digit of n moves the point of a flat ellipsoid by that times its radius of
 /// curvature, and that of a disc along it. The other body's point gives it to all digits: projected, with n and h, or
 /// by h n where that leads to the surface.
@@ -78,6 +115,7 @@ void straighten_points(const RoundPair& pair, Support& s) {
     if (is_round && off_surface(body.view(), body.axes().transpose() * (derived - body.centre())) <= rounding)
       s.point[which] = derived;
   }
+  if ((s.h * s.n - s.point[0] - s.point[1]).squaredNorm() > open * open) project_in_turn(pair, s);
 }
 
 /// Newton's method may end at an edge of h with the right normal and one end of the other body's edge as the point.
