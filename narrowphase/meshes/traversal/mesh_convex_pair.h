@@ -82,9 +82,7 @@ class MeshConvexPair {
   /// What two pieces of rounding may make of nothing, metres.
   double slack() const { return tolerance::place_rounding * size_; }
   /// Up to this distance rounding may decide whether they touch, metres: vertices may be far from their own origin.
-  double undecided() const {
-    return std::max(slack(), undecided_distance(mesh_.shape, mesh_.pose, convex_shape_, convex_pose_));
-  }
+  double undecided() const { return undecided_distance(mesh_.shape, mesh_.pose, convex_shape_, convex_pose_); }
   /// What a translation that separates may be longer than the depth, metres.
   double translation_slack() const { return tolerance::translation_slack * size_; }
   const NarrowPhaseOptions& options() const { return options_; }
