@@ -194,7 +194,7 @@ bool MeshConvexPair::collide(std::span<const Vec3> towards) const {
   bool hit = false;
   ClearPlanes clear;
   const double rounding = undecided();
-  std::vector<std::uint32_t> in_doubt;
+  bool in_doubt = false;
   for (const Vec3& n : towards) clear.add(support_plane(n));
   query().each_near(0, [&](std::uint32_t t) {
     const Corners p = corners(t);
@@ -204,43 +204,42 @@ bool MeshConvexPair::collide(std::span<const Vec3> towards) const {
     if (hit) return true;
     const SupportPlane plane = support_plane(apart_along);
     if (!apart_along.isZero(0)) clear.add(plane);
-    if (apart_along.isZero(0) || !(plane.beyond(p) > rounding)) in_doubt.push_back(t);
+    in_doubt = in_doubt || apart_along.isZero(0) || !(plane.beyond(p) > rounding);
     return false;
   });
-  return hit || inside() || (!in_doubt.empty() && thin_parts_meet(in_doubt));
+  return hit || inside() || (in_doubt && thin_parts_meet());
 }
 
-// Triangles, also without area, that are parts of a body no thicker than rounding, in its frame: the faces of a hull,
-// the line of a rod. None of other bodies.
-std::vector<Corners> MeshConvexPair::thin_parts() const {
-  std::vector<Corners> parts;
-  if (view_.hull != nullptr) {
-    const Hull& hull = *view_.hull;
-    if (hull.inner_radius > undecided()) return parts;
-    if (hull.faces.empty()) parts.push_back({hull.vertices.front(), hull.vertices.back(), hull.vertices.back()});
-    for (const Hull::Face& face : hull.faces)
-      for (std::uint32_t k = 2; k < face.count; ++k) {
-        const std::uint32_t* const loop = hull.loop.data() + face.first;
-        parts.push_back({hull.vertices[loop[0]], hull.vertices[loop[k - 1]], hull.vertices[loop[k]]});
-      }
-    return parts;
+// Visits triangles, also without area, that are parts of a body no thicker than rounding, in its frame, until visit
+// returns true: the faces of a hull, the line of a rod. None of other bodies.
+template <class Visit>
+bool MeshConvexPair::any_thin_part(Visit&& visit) const {
+  const double rounding = undecided();
+  if (view_.hull == nullptr) {
+    int longest = 0;
+    own_half_.maxCoeff(&longest);
+    const Vec3 half = own_half_[longest] * Vec3::Unit(longest), width = own_half_ - half;
+    return width.maxCoeff() <= rounding && visit(Corners{own_mid_ - half, own_mid_ + half, own_mid_ + half});
   }
-  int longest = 0;
-  own_half_.maxCoeff(&longest);
-  const Vec3 half = own_half_[longest] * Vec3::Unit(longest), width = own_half_ - half;
-  if (width.maxCoeff() <= undecided()) parts.push_back({own_mid_ - half, own_mid_ + half, own_mid_ + half});
-  return parts;
+  const Hull& hull = *view_.hull;
+  if (hull.inner_radius > rounding) return false;
+  if (hull.faces.empty()) return visit(Corners{hull.vertices.front(), hull.vertices.back(), hull.vertices.back()});
+  for (const Hull::Face& face : hull.faces) {
+    const std::uint32_t* const loop = hull.loop.data() + face.first;
+    for (std::uint32_t k = 2; k < face.count; ++k)
+      if (visit(Corners{hull.vertices[loop[0]], hull.vertices[loop[k - 1]], hull.vertices[loop[k]]})) return true;
+  }
+  return false;
 }
 
 // By rounded distances from single triangles a body without thickness may pass between two with a common edge.
-bool MeshConvexPair::thin_parts_meet(std::span<const std::uint32_t> triangles) const {
-  const std::vector<Corners> parts = thin_parts();
-  if (parts.empty()) return false;
+bool MeshConvexPair::thin_parts_meet() const {
   TriangleTest test(mesh_.pose, convex_pose_, (own_mid_.cwiseAbs() + own_half_).maxCoeff());
-  return std::any_of(parts.begin(), parts.end(), [&](const Corners& b) {
+  return any_thin_part([&](const Corners& b) {
     const Corners in_a{test.in_a(b[0]), test.in_a(b[1]), test.in_a(b[2])};
-    return std::any_of(triangles.begin(), triangles.end(),
-                       [&](std::uint32_t t) { return test(model_.corners(t), b, in_a); });
+    bool meets = false;
+    query().each_near(0, [&](std::uint32_t t) { return meets = test(model_.corners(t), b, in_a); });
+    return meets;
   });
 }
 

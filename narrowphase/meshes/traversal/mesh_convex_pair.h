@@ -185,8 +185,9 @@ class MeshConvexPair {
 
  private:
   TriangleBound bound_by(const Corners& p, const Vec3& point, Vec3& on_surface) const;
-  std::vector<Corners> thin_parts() const;
-  bool thin_parts_meet(std::span<const std::uint32_t> triangles) const;
+  template <class Visit>
+  bool any_thin_part(Visit&& visit) const;
+  bool thin_parts_meet() const;
   Vec3 own_centre() const { return view_.hull != nullptr ? view_.hull->inside : Vec3(0, 0, 0); }
 
   const Posed mesh_;
