@@ -202,9 +202,9 @@ bool MeshConvexPair::collide(std::span<const Vec3> towards) const {
     Vec3 apart_along = Vec3::Zero();
     hit = touches(p, bound(p), &apart_along);
     if (hit) return true;
-    const SupportPlane plane = support_plane(apart_along);
-    if (!apart_along.isZero(0)) clear.add(plane);
-    in_doubt = in_doubt || apart_along.isZero(0) || !(plane.beyond(p) > rounding);
+    SupportPlane plane;
+    if (!apart_along.isZero(0)) clear.add(plane = support_plane(apart_along));
+    in_doubt = in_doubt || !(plane.beyond(p) > rounding);
     return false;
   });
   return hit || inside() || (in_doubt && thin_parts_meet());
