@@ -67,12 +67,14 @@ PointDistance to_cone(double radius, double length, const Vec3& p) {
   // Outside: the base, its circle, the lateral surface or the apex is nearest.
   if (below >= 0 && rho <= radius) return revolve(p, rho, {below, rho, -h, 0, -1});
   const double t = nz * rho - nx * (p[2] - h);  // distance down the lateral surface from the apex, in [0, slant] on it
-  if (t <= 0 || t >= slant) {
-    const double x = t <= 0 ? 0 : radius, z = t <= 0 ? h : -h;
+  // Beside the base and not above it the circle is nearest, wherever rounding puts t; off may be below 0 there.
+  const bool at_circle = below >= 0 || t >= slant;
+  if (at_circle || t <= 0) {
+    const double x = at_circle ? radius : 0, z = at_circle ? -h : h;
     const double dx = rho - x, dz = p[2] - z, d = std::sqrt(dx * dx + dz * dz);
     // The direction to an edge lies between the normals of its two faces, whatever the rounding of so small a
     // difference.
-    if (!(d > 0) || (nz * dx < nx * dz) == (t >= slant)) return revolve(p, rho, {d, x, z, nx, nz});
+    if (!(d > 0) || (nz * dx < nx * dz) == at_circle) return revolve(p, rho, {d, x, z, nx, nz});
     if (dx < 0) return revolve(p, rho, {d, x, z, 0, -1});
     return revolve(p, rho, {d, x, z, dx / d, dz / d});
   }

@@ -198,6 +198,19 @@ TEST_CASE("a point on a cone's rim or apex, but for rounding: the normal parts t
   }
 }
 
+TEST_CASE("a point below the rim of a cone's base is outside, at any angle and for the flattest cones") {
+  reference::Random r(14);
+  for (int i = 0; i < 3000; ++i) {
+    const double radius = r.in(0.1, 1), angle = r.in(0, 6.28), below = radius * std::pow(10, r.in(-14, -9));
+    const Cone cone{radius, radius * std::pow(10, r.in(-9, -7))};
+    const Vec3 p(radius * std::cos(angle), radius * std::sin(angle), -0.5 * cone.length - below);
+    const PointDistance d = point_distance(view(Shape(cone)), p);
+    CAPTURE(i, radius, angle, below, cone.length);
+    REQUIRE(std::abs(d.signed_distance - below) <= 4e-16 * radius);
+    REQUIRE((p - d.nearest - d.signed_distance * d.normal).norm() <= 4e-16 * radius);
+  }
+}
+
 TEST_CASE("capsules that cross, parallel but for rounding: the points are as far apart as the distance") {
   reference::Random r(5);
   for (int i = 0; i < 3000; ++i) {
