@@ -74,15 +74,17 @@ double exit_of_box(const Vec3& half, const Vec3& p, const Vec3& d) {
   return length;
 }
 
-/// The larger root of a s^2 + 2 b s + c = 0, a > 0 and c <= 0; none where a is 0.
-double last_root(double a, double b, double c) {
+/// The larger root of a s^2 + 2 b s + c = 0, a > 0 and c <= 0, with b^2 - a c = det; none where a is 0.
+double last_root(double a, double b, double c, double det) {
   if (!(a > 0)) return infinity;
-  const double root = std::sqrt(std::max(0.0, b * b - a * c));
+  const double root = std::sqrt(std::max(0.0, det));
   return b > 0 ? -c / (b + root) : (root - b) / a;
 }
 
 double exit_of_disc(double radius, const Vec3& p, const Vec3& d) {
-  return last_root(d[0] * d[0] + d[1] * d[1], p[0] * d[0] + p[1] * d[1], p[0] * p[0] + p[1] * p[1] - radius * radius);
+  const double a = d[0] * d[0] + d[1] * d[1], b = p[0] * d[0] + p[1] * d[1];
+  const double c = p[0] * p[0] + p[1] * p[1] - radius * radius;
+  return last_root(a, b, c, b * b - a * c);
 }
 
 double exit_of_cylinder(double radius, double half, const Vec3& p, const Vec3& d) {
@@ -99,29 +101,29 @@ double exit_of_cone(double radius, double length, const Vec3& p, const Vec3& d) 
   const double a = d[0] * d[0] + d[1] * d[1] - slope * slope * fall * fall;
   const double b = p[0] * d[0] + p[1] * d[1] - slope * slope * down * fall;
   const double c = std::min(0.0, p[0] * p[0] + p[1] * p[1] - slope * slope * down * down);
+  // b^2 - a c by Lagrange's identity: near the apex both products are large and nearly equal.
+  const Vec3 cross = Vec3(p[0], p[1], down).cross(Vec3(d[0], d[1], fall));
+  const double det = slope * slope * (cross[0] * cross[0] + cross[1] * cross[1]) - cross[2] * cross[2];
   if (a > 0) {
-    out = std::min(out, last_root(a, b, c));
+    out = std::min(out, last_root(a, b, c, det));
   } else if (a < 0) {
     // Steeper than the lateral surface: both roots have the same sign; for upward lines they are ahead, with the apex
     // before the second.
-    if (fall < 0) out = std::min(out, c / (-b - std::sqrt(std::max(0.0, b * b - a * c))));
+    if (fall < 0) out = std::min(out, c / (-b - std::sqrt(std::max(0.0, det))));
   } else if (b > 0) {
     out = std::min(out, -c / (2 * b));
   }
   return std::max(0.0, out);
 }
 
-/// A line from a point of a capsule leaves it where it leaves the last of the cylinder and the two balls.
+/// A line from a point of a capsule leaves it through the side, or through the ball at that end beyond which it leaves
+/// the cylinder.
 double exit_of_capsule(double radius, double half, const Vec3& p, const Vec3& d) {
-  double length = 0;
-  for (const double end : {-half, half}) {
-    const Vec3 q = p - Vec3(0, 0, end);
-    const double along = q.dot(d), det = along * along - (q.squaredNorm() - radius * radius);
-    if (det >= 0) length = std::max(length, std::sqrt(det) - along);
-  }
-  const double side = exit_of_disc(radius, p, d);
-  if (std::isfinite(side) && std::abs(p[2] + side * d[2]) <= half) length = std::max(length, side);
-  return length;
+  const double side = exit_of_disc(radius, p, d), z = p[2] + side * d[2];
+  if (std::abs(z) <= half) return side;
+  const Vec3 q = p - Vec3(0, 0, std::copysign(half, z));
+  const double along = q.dot(d), across2 = (q - along * d).squaredNorm();
+  return std::max(0.0, std::sqrt(std::max(0.0, radius * radius - across2)) - along);
 }
 
 double exit_of_hull(const Hull& hull, const Vec3& p, const Vec3& d) {
@@ -172,7 +174,8 @@ double exit_length(const ConvexView& shape, const Vec3& p, const Vec3& d) {
       return exit_of_cone(shape.param[0], shape.param[1], p, d);
     case ShapeKind::ellipsoid: {
       const Vec3 a = radii_of(shape), q = p.cwiseQuotient(a), e = d.cwiseQuotient(a);
-      return std::max(0.0, last_root(e.squaredNorm(), q.dot(e), std::min(0.0, q.squaredNorm() - 1)));
+      const double ee = e.squaredNorm(), qe = q.dot(e), c = std::min(0.0, q.squaredNorm() - 1);
+      return std::max(0.0, last_root(ee, qe, c, qe * qe - ee * c));
     }
     case ShapeKind::halfspace:
     case ShapeKind::plane:

@@ -104,8 +104,7 @@ TEST_CASE("a capsule's end beside nearly the end of another: the normal is perpe
       -0.99999999993273769;
   b.rotation << 0, 1, 0, 1, 0, 1.0150202309498847e-12, 1.0150202309498847e-12, 0, -1;
   b.translation = {-1.7582548182265565, -6.1461066745949794e-06, 1.7573896703384345e-05};
-  const PairAnswer r =
-      NarrowPhase().solve(Shape(Capsule{1.5, 1}), a, Shape(Capsule{0.25, 1}), b, Request::distance);
+  const PairAnswer r = NarrowPhase().solve(Shape(Capsule{1.5, 1}), a, Shape(Capsule{0.25, 1}), b, Request::distance);
   CHECK(std::abs(r.normal.dot(a.rotation.col(2))) < 1e-15);
 
   Pose c;
@@ -152,8 +151,8 @@ TEST_CASE("nearly parallel capsules: apart along the normal by the distance, the
     const auto reach = [&](const Pose& pose, double radius, double along, const Vec3& n) {
       return n.dot(pose.translation) + radius + along / 2 * std::abs(n.dot(pose.rotation.col(2)));
     };
-    const double apart = -reach(pose_b, radius_b, length_b, -answer.normal) -
-                         reach(pose_a, radius_a, length_a, answer.normal);
+    const double apart =
+        -reach(pose_b, radius_b, length_b, -answer.normal) - reach(pose_a, radius_a, length_a, answer.normal);
     const double unit = a.size() + b.size() + pose_b.translation.norm();
     CAPTURE(i, radius_a, length_a, radius_b, length_b, answer.signed_distance);
     CHECK(std::abs(apart - answer.signed_distance) < 2e-12 * unit);
@@ -222,6 +221,22 @@ TEST_CASE("capsules that cross, parallel but for rounding: the points are as far
     const Pose at{leaning * pose.rotation, aside * across + r.in(-0.05, 0.05) * pose.rotation.col(2)};
     const PairAnswer answer = NarrowPhase().solve(a, pose, b, at, Request::distance);
     REQUIRE((answer.point_b - answer.point_a - answer.signed_distance * answer.normal).norm() <= 1e-14);
+  }
+}
+
+TEST_CASE("a line along a thin capsule or through a cone's apex, but for 1e-15 to 1e-3, leaves at the surface") {
+  reference::Random r(15);
+  for (int i = 0; i < 4000; ++i) {
+    const bool is_cone = i % 2 == 0;
+    const double radius = is_cone ? r.in(0.1, 1) : std::pow(10, r.in(-11, 0)), length = r.in(0.1, 1);
+    const Shape shape = is_cone ? Shape(Cone{radius, length}) : Shape(Capsule{radius, length});
+    const auto tiny = [&] { return r.sign() * std::pow(10, r.in(-15, -3)); };
+    const double reach = is_cone ? 0.2 * radius : radius;
+    const Vec3 p(0.5 * reach * tiny(), 0.5 * reach * tiny(), r.in(-0.4, 0.3) * length);
+    const Vec3 d = Vec3(tiny(), tiny(), is_cone ? 1 : r.sign()).normalized();
+    CAPTURE(i, radius, length, p.transpose(), d.transpose());
+    const double exit = exit_length(view(shape), p, d);
+    REQUIRE(std::abs(point_distance(view(shape), p + exit * d).signed_distance) <= 4e-15);
   }
 }
 
