@@ -152,7 +152,7 @@ class RoundedPair {
     }
     const PairAnswer out = distance(nullptr);
     const double depth = -answer.signed_distance, upper = -out.signed_distance, lower = upper - out.error_bound;
-    Escapes escapes(*this, depth + slack_);
+    Escapes escapes(*this, depth);
     const auto found = [&] { return std::span(contacts).subspan(first); };
     bool is_free = escapes(answer.normal);
     const auto stays = [&](const Contact& c) { return c.depth < depth - slack_ || escapes(c.normal); };

@@ -118,6 +118,37 @@ bool ConvexInMesh::add_constraints(const Vec3& at, LocalConstraints& constraints
   return is_new;
 }
 
+// Translated by `at`, off each triangle that touches there, but for those that the translations known already leave.
+void ConvexInMesh::add_off_triangles(const Vec3& at, std::vector<Constraint>& off) const {
+  constexpr std::size_t most = 48;
+  const MeshConvexPair there = pair_.moved(at);
+  there.each_near(slack, [&](std::uint32_t t) {
+    const Corners p = there.corners(t);
+    const auto leaves = [&](const Constraint& known) {
+      return there.support_plane(known.normal).beyond(p) >= slack + known.normal.dot(at) - known.bound;
+    };
+    if (std::any_of(off.begin(), off.end(), leaves) || there.bound(p).gap > slack) return false;
+    const PairAnswer r = there.solve(p, Request::distance);
+    if (r.signed_distance <= slack) off.push_back({r.normal, r.normal.dot(at) + slack - r.signed_distance});
+    return off.size() == most;
+  });
+}
+
+std::optional<Vec3> ConvexInMesh::off_triangles() const {
+  constexpr int rounds = 4;
+  std::vector<Constraint> off;
+  Vec3 from = Vec3::Zero(), at;
+  for (int i = 0; i < rounds; ++i) {
+    const std::size_t before = off.size();
+    add_off_triangles(from, off);
+    if (off.size() == before || !shortest_feasible(off, slack / 8, at)) break;
+    const bool here = collide(at);
+    if (!here && is_free(at)) return at;
+    from = here ? at : farther(at);
+  }
+  return std::nullopt;
+}
+
 // A chord of the convex shape, from its deepest point over the triangle to its centre, passes through the triangle. It
 // still does after a translation smaller than the height of the chord's end above the plane, and smaller than what
 // moves the crossing beyond the triangle's edges.

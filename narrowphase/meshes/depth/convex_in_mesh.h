@@ -1,5 +1,6 @@
 // A mesh and a convex shape that overlap, for the search for a translation that separates them.
 #pragma once
+#include <optional>
 #include <vector>
 
 #include "meshes/depth/separation_search.h"
@@ -21,11 +22,16 @@ class ConvexInMesh final : public OverlappingPair {
   bool add_constraints(const Vec3& at, LocalConstraints& constraints) const override;
   bool separating_planes(const Vec3& at, double reach, std::vector<Constraint>& planes) override;
 
+  /// A translation that separates, off each triangle by the least that this takes, as in a corner of the mesh, where it
+  /// touches several; none where these contradict each other.
+  std::optional<Vec3> off_triangles() const;
+
   /// Raises the lower bound by points of the convex shape deep inside the mesh; returns the direction out of the mesh
   /// of the deepest, zero if there is none. `normal`: of a translation that separates.
   Vec3 raise_by_deep_points(const Vec3& normal, Separation& known) const;
 
  private:
+  void add_off_triangles(const Vec3& at, std::vector<Constraint>& off) const;
   bool leads_on(double length, const Vec3& d) const;
   struct DeepPoint {
     double depth = 0;

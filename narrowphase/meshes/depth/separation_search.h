@@ -73,6 +73,9 @@ class SeparationSearch {
   /// True if the known translation is the shortest, to the required precision.
   bool is_shortest() const { return known.length <= known.certain + pair_.enough; }
 
+  /// Takes a translation that separates as the known one.
+  void take(const Vec3& translation);
+
   /// Tries a direction (unit; zero: none).
   void along(const Vec3& direction);
 
@@ -92,7 +95,6 @@ class SeparationSearch {
   PairAnswer answer() const;
 
  private:
-  void take(const Vec3& translation);
   void raise_certain();
 
   OverlappingPair& pair_;
