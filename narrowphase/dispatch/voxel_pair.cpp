@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <memory_resource>
+#include <optional>
 #include <queue>
 #include <span>
 #include <utility>
@@ -13,9 +14,11 @@
 #include "manifold/patch_collector.h"
 #include "manifold/patch_point.h"
 #include "meshes/mesh_solvers.h"
+#include "meshes/traversal/least_translation.h"
 #include "shapes/lent_memory.h"
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
+#include "shapes/unit_vector.h"
 #include "shapes/work_meter.h"
 #include "tandem/narrowphase/clearance.h"
 #include "tolerances.h"
@@ -115,8 +118,17 @@ class VoxelPair {
 
   PairAnswer solve_cell(VoxelRef cell, Request request, const NarrowPhaseOptions& options,
                         std::vector<Contact>* contacts);
+  const Shape& box_of(VoxelRef cell) const {
+    return rounded_boxes_.empty() ? model_.box_of(cell) : rounded_boxes_[model_.cells[cell].level];
+  }
+  Vec3 in_cells(const Vec3& point) const;
+  std::array<std::int64_t, 3> nearest_of(VoxelRef cell, const Vec3& places) const;
   bool is_covered(VoxelRef cell, const Contact& contact) const;
   PairAnswer depth(const CellsFound& found) const;
+  std::optional<Vec3> off_cells() const;
+  bool add_contacts(const Vec3& moved_by, LocalConstraints& off);
+  bool add_free_faces(const Vec3& moved_by, LocalConstraints& off);
+  Constraint off_free_face(VoxelRef cell, const Vec3& point) const;
   PairAnswer depth_of_plane(double certain) const;
   bool has_covered_contact_across(const Vec3& normal) const;
   void replace_patch(const PairAnswer& whole, std::vector<Contact>& out, std::size_t first);
@@ -140,7 +152,7 @@ class VoxelPair {
 PairAnswer VoxelPair::solve_cell(VoxelRef cell, Request request, const NarrowPhaseOptions& options,
                                  std::vector<Contact>* contacts) {
   meter_.spend(4);
-  const Shape& box = rounded_boxes_.empty() ? model_.box_of(cell) : rounded_boxes_[model_.cells[cell].level];
+  const Shape& box = box_of(cell);
   const Pose pose = at(model_.centre(cell));
   if (other_.kind() != ShapeKind::voxels) return solve_pair(box, pose, other_, other_pose_, request, options, contacts);
   VoxelPair cells(other_, other_pose_, box, pose, options, &other_boxes_);
@@ -204,18 +216,32 @@ CellsFound VoxelPair::nearest(double cutoff) {
   return found;
 }
 
+/// A point in the grid's coordinates, in edges of a smallest cell.
+Vec3 VoxelPair::in_cells(const Vec3& point) const {
+  return (pose_.rotation.transpose() * (point - pose_.translation) - model_.origin) / model_.cell_size;
+}
+
+/// The smallest cell within this one that is nearest to a place in the grid.
+std::array<std::int64_t, 3> VoxelPair::nearest_of(VoxelRef cell, const Vec3& places) const {
+  const auto [lo, hi] = model_.span_of(cell);
+  std::array<std::int64_t, 3> nearest;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double place = std::clamp<double>(places[static_cast<Eigen::Index>(k)], lo[k], hi[k]);
+    nearest[k] = std::clamp(static_cast<std::int64_t>(std::floor(place)), std::int64_t{lo[k]}, std::int64_t{hi[k]} - 1);
+  }
+  return nearest;
+}
+
 /// True if another cell covers the contact's point on this one, on the side to which it pushes.
 bool VoxelPair::is_covered(VoxelRef cell, const Contact& contact) const {
   const Vec3 on_surface = contact.point + (contact.depth / 2 - voxels_.rounding()) * contact.normal;
-  const Vec3 local = pose_.rotation.transpose() * (on_surface - pose_.translation);
-  const Vec3 normal = pose_.rotation.transpose() * contact.normal;
+  const Vec3 places = in_cells(on_surface), normal = pose_.rotation.transpose() * contact.normal;
   const auto [lo, hi] = model_.span_of(cell);
-  std::array<std::int64_t, 3> inside, beyond;
+  const std::array<std::int64_t, 3> inside = nearest_of(cell, places);
+  std::array<std::int64_t, 3> beyond;
   for (std::size_t k = 0; k < 3; ++k) {
     const auto axis = static_cast<Eigen::Index>(k);
-    const double place = (local[axis] - model_.origin[axis]) / model_.cell_size;
-    inside[k] = std::clamp(static_cast<std::int64_t>(std::floor(std::clamp<double>(place, lo[k], hi[k]))),
-                           std::int64_t{lo[k]}, std::int64_t{hi[k]} - 1);
+    const double place = places[axis];
     const bool above = normal[axis] > tolerance::on_cell && place > hi[k] - tolerance::on_cell,
                below = normal[axis] < -tolerance::on_cell && place < lo[k] + tolerance::on_cell;
     beyond[k] = above ? hi[k] : below ? lo[k] - 1 : inside[k];
@@ -272,7 +298,76 @@ PairAnswer VoxelPair::depth_of_plane(double certain) const {
   return best;
 }
 
-/// A translation that separates from all cells: along the normal of the deepest, then the axes of the grid.
+/// Off a cell along an axis of the grid, through the face with no other cell beside the point whose translation is the
+/// shortest; an infinite one where there is none.
+Constraint VoxelPair::off_free_face(VoxelRef cell, const Vec3& point) const {
+  Constraint best{Vec3::UnitX(), infinity};
+  const auto [lo, hi] = model_.span_of(cell);
+  const std::array<std::int64_t, 3> inside = nearest_of(cell, in_cells(point));
+  NarrowPhaseOptions options;
+  options.limit = options_.limit;
+  for (std::size_t k = 0; k < 3; ++k)
+    for (const bool above : {true, false}) {
+      std::array<std::int64_t, 3> beside = inside;
+      beside[k] = above ? hi[k] : lo[k] - 1;
+      if (model_.has(beside)) continue;
+      const Vec3 n = (above ? 1 : -1) * pose_.rotation.col(static_cast<Eigen::Index>(k)).normalized();
+      const double length = separation_along(box_of(cell), at(model_.centre(cell)), other_, other_pose_, n, options);
+      if (length < best.bound) best = {n, length};
+    }
+  return best;
+}
+
+/// Adds what takes the other shape, which was moved, off each cell that it touches: the contacts that push out of the
+/// voxels. False: nothing new.
+bool VoxelPair::add_contacts(const Vec3& moved_by, LocalConstraints& off) {
+  bool is_new = false;
+  each_contact([&](VoxelRef, std::span<const Contact> list) {
+    for (const Contact& c : list)
+      is_new = off.add({{c.normal, c.normal.dot(moved_by) + c.depth}, infinity, Vec3::Zero()}) || is_new;
+  });
+  return is_new;
+}
+
+/// The same through free faces, for cells whose own contacts push into others.
+bool VoxelPair::add_free_faces(const Vec3& moved_by, LocalConstraints& off) {
+  bool is_new = false;
+  const NarrowPhaseOptions of_cell = for_triangles(options_);
+  model_.each_cell([&](VoxelRef ref) { return is_near(ref, 0); },
+                   [&](VoxelRef cell) {
+                     of_cell_.clear();
+                     const PairAnswer answer = solve_cell(cell, Request::contacts, of_cell, &of_cell_);
+                     if (!answer.collide || of_cell_.empty()) return true;
+                     const auto [n, length] = off_free_face(cell, of_cell_.front().point);
+                     if (length < infinity)
+                       is_new = off.add({{n, n.dot(moved_by) + length}, infinity, Vec3::Zero()}) || is_new;
+                     return true;
+                   });
+  return is_new;
+}
+
+/// A translation that separates, off all cells at once, as in a corner between them; none where these contradict each
+/// other.
+std::optional<Vec3> VoxelPair::off_cells() const {
+  constexpr int rounds = 4;
+  NarrowPhaseOptions touching = options_;
+  touching.margin = slack();
+  LocalConstraints off(slack());
+  // A little farther it is free as well, not in a gap as wide as the other shape.
+  const double little = tolerance::alike * (voxels_.size() + other_.size());
+  Vec3 at = Vec3::Zero();
+  for (int i = 0; i < rounds; ++i) {
+    const Pose moved{other_pose_.rotation, other_pose_.translation + at};
+    VoxelPair there(voxels_, pose_, other_, moved, touching);
+    if (!there.add_contacts(at, off) && !there.add_free_faces(at, off)) break;
+    if (!off.shortest(infinity, slack() / 2, at)) break;
+    if (separates(at) && separates(at + little * unit(at))) return at;
+  }
+  return std::nullopt;
+}
+
+/// A translation that separates from all cells: along the normal of the deepest, off all that touch, along the axes of
+/// the grid.
 PairAnswer VoxelPair::depth(const CellsFound& found) const {
   const PairAnswer& deepest = found.nearest;
   if (other_.kind() == ShapeKind::halfspace) return deepest;
@@ -294,21 +389,22 @@ PairAnswer VoxelPair::depth(const CellsFound& found) const {
     answer.status = off > slack() ? Status::inexact : Status::ok;
     return answer;
   }
+  if (const auto off = off_cells(); off && off->norm() < shortest) shortest = off->norm(), along = *off / shortest;
   for (int k = 0; k < 3; ++k)
     for (const double sense : {1.0, -1.0}) attempt(sense * pose_.rotation.col(k).normalized());
   PairAnswer answer;
   answer.collide = true;
-  answer.signed_distance = -shortest;
   answer.normal = along;
+  const double off = shortest - found.certain;
+  if (off > slack())
+    answer.status = Status::inexact, answer.error_bound = off;
+  else
+    shortest = found.certain;  // without the margin for rounding
+  answer.signed_distance = -shortest;
   // The point of the last touch on the voxels, and the same point of the other shape at its present pose.
   const Pose out{other_pose_.rotation, other_pose_.translation + shortest * along};
   answer.point_a = VoxelPair(voxels_, pose_, other_, out, options).nearest(infinity).nearest.point_a;
   answer.point_b = answer.point_a - shortest * along;
-  answer.error_bound = shortest - found.certain;
-  if (answer.error_bound <= slack())
-    answer.error_bound = 0;
-  else
-    answer.status = Status::inexact;
   return answer;
 }
 

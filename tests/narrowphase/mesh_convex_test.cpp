@@ -495,27 +495,11 @@ TEST_CASE("each wall of a corner has its patch") {
 
 // Rounding decides which of the three faces it overlaps; along the normal of one it would slide on the others.
 TEST_CASE("a convex shape flush in the corner of three faces leaves them all, by no more than rounding") {
-  reference::Random r(15);
-  const std::vector<std::array<std::int32_t, 3>> all_but_one{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1},
-                                                             {1, 1, 0}, {1, 0, 1}, {0, 1, 1}};
-  const Shape corner = voxel_mesh(all_but_one, 1);
+  Random r(15);
+  const Shape corner = voxel_mesh(corner_cells, 1);
   int touching = 0;
   for (int i = 0; i < 600; ++i) {
-    const double x = r.in(0.05, 0.4), y = r.in(0.05, 0.4), z = r.in(0.05, 0.4);
-    const auto [shape, half] = [&]() -> std::pair<Shape, Vec3> {
-      switch (i % 5) {
-        case 0:
-          return {Sphere{x}, Vec3::Constant(x)};
-        case 1:
-          return {Box{2 * Vec3(x, y, z)}, Vec3(x, y, z)};
-        case 2:
-          return {Capsule{x, z}, Vec3(x, x, x + z / 2)};
-        case 3:
-          return {Cylinder{x, 2 * z}, Vec3(x, x, z)};
-        default:
-          return {Cone{x, 2 * z}, Vec3(x, x, z)};
-      }
-    }();
+    const auto [shape, half] = resting_shape(i, r);
     const Pose at_corner{r.rotation(), r.vec(-2, 2)};
     const Pose at{at_corner.rotation, at_corner * (Vec3::Ones() + half)};
     const PairAnswer distance = answer(corner, at_corner, shape, at);

@@ -13,6 +13,28 @@ inline constexpr ShapeKind bounded_convex[] = {ShapeKind::sphere,   ShapeKind::b
                                                ShapeKind::cylinder, ShapeKind::cone,    ShapeKind::ellipsoid,
                                                ShapeKind::convex,   ShapeKind::triangle};
 
+/// A ball, box, capsule, cylinder or cone in turn, which rests on each side of the box about it, and half the edges of
+/// that box.
+inline std::pair<Shape, Vec3> resting_shape(int i, Random& r) {
+  const double x = r.in(0.05, 0.4), y = r.in(0.05, 0.4), z = r.in(0.05, 0.4);
+  switch (i % 5) {
+    case 0:
+      return {Sphere{x}, Vec3::Constant(x)};
+    case 1:
+      return {Box{2 * Vec3(x, y, z)}, Vec3(x, y, z)};
+    case 2:
+      return {Capsule{x, 2 * z}, Vec3(x, x, x + z)};
+    case 3:
+      return {Cylinder{x, 2 * z}, Vec3(x, x, z)};
+    default:
+      return {Cone{x, 2 * z}, Vec3(x, x, z)};
+  }
+}
+
+/// The cells of a cube of eight but for one, at whose corner (1, 1, 1) three faces meet.
+inline const std::vector<std::array<std::int32_t, 3>> corner_cells{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1},
+                                                                   {1, 1, 0}, {1, 0, 1}, {0, 1, 1}};
+
 /// A shape of the kind, about 1 in size.
 inline Shape random_shape(ShapeKind kind, Random& r) {
   switch (kind) {

@@ -580,3 +580,27 @@ TEST_CASE("voxels: blocks with a face on a face have its normal") {
   for (const Contact& c : contacts) CHECK(c.normal.dot(turn.col(2)) == Approx(1));
   CHECK(NarrowPhase().solve(a, pose, b, at, Request::distance).normal.dot(turn.col(2)) == Approx(1));
 }
+
+// No cell's own direction leaves the others.
+TEST_CASE("voxels: a convex shape in the corner of three faces leaves them all, by what it is deep in them") {
+  Random r(16);
+  const Shape corner = voxels(corner_cells, 1);
+  int touching = 0;
+  for (int i = 0; i < 600; ++i) {
+    const auto [shape, half] = resting_shape(i, r);
+    const double deep = i % 2 == 0 ? 0 : std::pow(10, r.in(-12, -3));
+    const Pose at_corner{r.rotation(), r.vec(-2, 2)};
+    const Pose at{at_corner.rotation, at_corner * (Vec3::Constant(1 - deep) + half)};
+    std::vector<Contact> contacts;
+    const PairAnswer distance = NarrowPhase().solve(corner, at_corner, shape, at, Request::distance);
+    NarrowPhase().solve(corner, at_corner, shape, at, Request::contacts, &contacts);
+    touching += distance.collide ? 1 : 0;
+    CAPTURE(i, deep, distance.signed_distance, distance.error_bound);
+    const double most = std::sqrt(3.0) * deep + 3e-12;
+    CHECK(-distance.signed_distance <= most);
+    CHECK(-distance.signed_distance + distance.error_bound >= deep - 1e-12);
+    if (deep == 0) CHECK(distance.status == Status::ok);
+    for (const Contact& c : contacts) CHECK(c.depth <= most);
+  }
+  CHECK(touching > 500);
+}
