@@ -127,7 +127,7 @@ class VoxelPair {
   PairAnswer depth(const CellsFound& found) const;
   std::optional<Vec3> off_cells() const;
   bool add_contacts(const Vec3& moved_by, LocalConstraints& off);
-  bool add_free_faces(const Vec3& moved_by, LocalConstraints& off);
+  bool add_free_face(const Vec3& moved_by, LocalConstraints& off);
   Constraint off_free_face(VoxelRef cell, const Vec3& point) const;
   PairAnswer depth_of_plane(double certain) const;
   bool has_covered_contact_across(const Vec3& normal) const;
@@ -329,38 +329,41 @@ bool VoxelPair::add_contacts(const Vec3& moved_by, LocalConstraints& off) {
   return is_new;
 }
 
-/// The same through free faces, for cells whose own contacts push into others.
-bool VoxelPair::add_free_faces(const Vec3& moved_by, LocalConstraints& off) {
-  bool is_new = false;
+/// The same through the free face of one cell, whose own contacts push into others: the nearest, as beyond it other
+/// cells may be left, too.
+bool VoxelPair::add_free_face(const Vec3& moved_by, LocalConstraints& off) {
+  Constraint nearest{Vec3::UnitX(), infinity};
   const NarrowPhaseOptions of_cell = for_triangles(options_);
   model_.each_cell([&](VoxelRef ref) { return is_near(ref, 0); },
                    [&](VoxelRef cell) {
                      of_cell_.clear();
                      const PairAnswer answer = solve_cell(cell, Request::contacts, of_cell, &of_cell_);
                      if (!answer.collide || of_cell_.empty()) return true;
-                     const auto [n, length] = off_free_face(cell, of_cell_.front().point);
-                     if (length < infinity)
-                       is_new = off.add({{n, n.dot(moved_by) + length}, infinity, Vec3::Zero()}) || is_new;
+                     const Constraint face = off_free_face(cell, of_cell_.front().point);
+                     if (face.bound < nearest.bound) nearest = face;
                      return true;
                    });
-  return is_new;
+  return nearest.bound < infinity &&
+         off.add({{nearest.normal, nearest.normal.dot(moved_by) + nearest.bound}, infinity, Vec3::Zero()});
 }
 
 /// A translation that separates, off all cells at once, as in a corner between them; none where these contradict each
 /// other.
 std::optional<Vec3> VoxelPair::off_cells() const {
-  constexpr int rounds = 4;
+  constexpr int rounds = 8;
   NarrowPhaseOptions touching = options_;
   touching.margin = slack();
-  LocalConstraints off(slack());
+  LocalConstraints off(slack() / 8);  // of which any is met, to less than the length is enlarged by
   // A little farther it is free as well, not in a gap as wide as the other shape.
   const double little = tolerance::alike * (voxels_.size() + other_.size());
   Vec3 at = Vec3::Zero();
   for (int i = 0; i < rounds; ++i) {
     const Pose moved{other_pose_.rotation, other_pose_.translation + at};
     VoxelPair there(voxels_, pose_, other_, moved, touching);
-    if (!there.add_contacts(at, off) && !there.add_free_faces(at, off)) break;
-    if (!off.shortest(infinity, slack() / 2, at)) break;
+    const bool by_contacts = there.add_contacts(at, off);
+    // Also where contacts of one cell and the next lead on by less and less.
+    const bool by_face = (!by_contacts || i >= rounds / 2) && there.add_free_face(at, off);
+    if (!(by_contacts || by_face) || !off.shortest(infinity, slack() / 2, at)) break;
     if (separates(at) && separates(at + little * unit(at))) return at;
   }
   return std::nullopt;

@@ -13,11 +13,11 @@ inline constexpr ShapeKind bounded_convex[] = {ShapeKind::sphere,   ShapeKind::b
                                                ShapeKind::cylinder, ShapeKind::cone,    ShapeKind::ellipsoid,
                                                ShapeKind::convex,   ShapeKind::triangle};
 
-/// A ball, box, capsule, cylinder or cone in turn, which rests on each side of the box about it, and half the edges of
-/// that box.
+/// A ball, box, capsule, cylinder, cone or truncated pyramid in turn, which touches each side of the box about it, and
+/// half the edges of that box.
 inline std::pair<Shape, Vec3> resting_shape(int i, Random& r) {
   const double x = r.in(0.05, 0.4), y = r.in(0.05, 0.4), z = r.in(0.05, 0.4);
-  switch (i % 5) {
+  switch (i % 6) {
     case 0:
       return {Sphere{x}, Vec3::Constant(x)};
     case 1:
@@ -26,9 +26,16 @@ inline std::pair<Shape, Vec3> resting_shape(int i, Random& r) {
       return {Capsule{x, 2 * z}, Vec3(x, x, x + z)};
     case 3:
       return {Cylinder{x, 2 * z}, Vec3(x, x, z)};
-    default:
+    case 4:
       return {Cone{x, 2 * z}, Vec3(x, x, z)};
+    default:
+      break;
   }
+  Convex pyramid;
+  for (const double sx : {-x, x})
+    for (const double sy : {-y, y})
+      pyramid.vertices.insert(pyramid.vertices.end(), {{sx, sy, -z}, {sx / 2, sy / 2, z}});
+  return {Shape(pyramid), Vec3(x, y, z)};
 }
 
 /// The cells of a cube of eight but for one, at whose corner (1, 1, 1) three faces meet.

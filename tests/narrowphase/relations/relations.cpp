@@ -666,15 +666,20 @@ bool holds(const PosedShape& outer, const PosedShape& inner) {
       points.push_back(s->origin + s->cell_size * (Vec3(corner[0], corner[1], corner[2]) +
                                                    Vec3::Constant(0.5 * static_cast<double>(1 << level))));
   }
+  // More digits than the bodies have: within 1e-13 of an edge both of its triangles take half a turn, or rounding.
+  using Long = Eigen::Matrix<long double, 3, 1>;
+  const auto to_long = [](const auto& x) { return x.template cast<long double>().eval(); };
   return std::any_of(points.begin(), points.end(), [&](const Vec3& p) {
-    const Vec3 at =
-        outer.pose.rotation.transpose() * (inner.pose.rotation * p + (inner.pose.translation - outer.pose.translation));
-    double angle = 0;
+    const Long at = to_long(outer.pose.rotation).transpose() *
+                    (to_long(inner.pose.rotation) * to_long(p) +
+                     (to_long(inner.pose.translation) - to_long(outer.pose.translation)));
+    long double angle = 0;
     for (const auto& t : m->triangles) {
-      const Vec3 a = m->vertices[t[0]] - at, b = m->vertices[t[1]] - at, e = m->vertices[t[2]] - at;
-      const double la = a.norm(), lb = b.norm(), le = e.norm(), volume = a.dot(b.cross(e));
+      const Long a = to_long(m->vertices[t[0]]) - at, b = to_long(m->vertices[t[1]]) - at,
+                 e = to_long(m->vertices[t[2]]) - at;
+      const long double la = a.norm(), lb = b.norm(), le = e.norm(), volume = a.dot(b.cross(e));
       // The solid angle of a sliver near the point is a rounding error with either sign: half a turn either way.
-      if (std::abs(volume) <= 16 * std::numeric_limits<double>::epsilon() * la * lb * le) continue;
+      if (std::abs(volume) <= 16 * std::numeric_limits<long double>::epsilon() * la * lb * le) continue;
       angle += 2 * std::atan2(volume, la * lb * le + a.dot(b) * le + b.dot(e) * la + e.dot(a) * lb);
     }
     return std::abs(angle) > 2 * std::numbers::pi;
