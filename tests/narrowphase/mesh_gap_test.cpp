@@ -4,8 +4,10 @@
 
 #include "catch.h"
 #include "mesh_samples.h"
+#include "random_pairs.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/several_pairs.h"
+#include "tandem/narrowphase/shape_makers.h"
 
 using namespace tandem;
 using namespace tandem::test;
@@ -158,5 +160,29 @@ TEST_CASE("mesh gaps: solids whose faces are flush and sides in one plane push e
     CAPTURE(i);
     CHECK_FALSE(found.contacts.empty());
     for (const Contact& c : found.contacts) CHECK(c.normal.dot(turn.col(0)) > 0.999);
+  }
+}
+
+// A wall's triangle and the bottom face lie beside each other along the bottom's normal, too, in the wrong direction.
+TEST_CASE("mesh gaps: a body flush in a corner has contacts on each wall, with normals that lead out of it") {
+  Random r(17);
+  const Shape corner = voxel_mesh(corner_cells, 1);
+  const NarrowPhase with_margin({.margin = 1e-9});
+  for (int i = 0; i < 200; ++i) {
+    const Vec3 half = r.vec(0.05, 0.5);
+    Mesh body = box_mesh(2 * half, 1 + i % 2);
+    body.solid = i % 4 == 3;
+    const Pose at_corner = i % 3 == 0 ? Pose{} : Pose{r.rotation(), r.vec(-2, 2)};
+    const Pose at{at_corner.rotation, at_corner * (Vec3::Ones() + half)};
+    std::vector<Contact> contacts;
+    with_margin.solve(corner, at_corner, Shape(body), at, Request::contacts, &contacts);
+    Vec3 walls = Vec3::Zero();
+    for (const Contact& c : contacts) {
+      const Vec3 n = at_corner.rotation.transpose() * c.normal;
+      CHECK(n.minCoeff() > -1e-9);
+      walls = walls.cwiseMax(n);
+    }
+    CAPTURE(i, walls.transpose());
+    CHECK(walls.minCoeff() > 0.999);
   }
 }

@@ -151,6 +151,7 @@ class GapContacts {
       } else {
         const Vec3 own = direction(t.pair, t.points);
         t.normal = is_near(t) ? near.normal_near(own) : own;
+        if (is_near(t) && near.leads_back(t.normal)) continue;
       }
       add(t);
     }

@@ -205,4 +205,12 @@ Vec3 TouchingFaces::normal_near(const Vec3& n) {
   return nearest;
 }
 
+bool TouchingFaces::leads_back(const Vec3& n) {
+  const auto leaves_along = [&](const Vec3& d) {
+    return std::any_of(leaving_normals().begin(), leaving_normals().end(),
+                       [&](const Vec3& leaving) { return leaving.dot(d) > tolerance::flush_face; });
+  };
+  return leaves_along(-n) && !leaves_along(n);
+}
+
 }  // namespace tandem

@@ -68,6 +68,9 @@ class TouchingFaces {
   /// The direction along which B leaves such a face, if one is `n` to rounding, else `n`.
   Vec3 normal_near(const Vec3& n);
 
+  /// True if B leaves such a face along -n, to rounding, and none along n: a triangle beside that face may have n.
+  bool leads_back(const Vec3& n);
+
  private:
   static constexpr std::size_t at_once = 16;  // triangles between two counts of work
 
