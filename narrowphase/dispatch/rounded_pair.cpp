@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <span>
 
 #include "manifold/manifold.h"
 #include "meshes/mesh_solvers.h"
+#include "meshes/traversal/least_translation.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/posed_mesh.h"
@@ -92,23 +94,56 @@ class RoundedPair {
     })->depth = -exact.signed_distance;
   }
 
-  // Relative to A's translation: far from the origin, B's would be rounded.
-  bool separates(const Vec3& translation) const {
+  // Relative to A's translation, with B moved: far from the origin, B's would be rounded.
+  PairAnswer solve_moved(const Vec3& by, Request request, const NarrowPhaseOptions& options,
+                         std::vector<Contact>* contacts) const {
     const Pose at_a{pose_a_.rotation, Vec3::Zero()},
-        moved{pose_b_.rotation, pose_b_.translation - pose_a_.translation + translation};
-    return solve_cores(a_, at_a, b_, moved, Request::distance, options_, nullptr, nullptr).signed_distance >=
-           radius_ - slack_;
+        moved{pose_b_.rotation, pose_b_.translation - pose_a_.translation + by};
+    return solve_cores(a_, at_a, b_, moved, request, options, contacts, nullptr);
+  }
+  bool separates(const Vec3& translation) const {
+    return solve_moved(translation, Request::distance, options_, nullptr).signed_distance >= radius_ - slack_;
   }
 
-  /// `answer` has the depth of the cores plus the radii; if that translation does not separate, that of the hulls does.
+  /// A translation that separates, off all contacts at once, as in a corner of a mesh; none where they contradict each
+  /// other.
+  std::optional<Vec3> off_contacts() const {
+    constexpr int rounds = 8;
+    NarrowPhaseOptions touching = options_;
+    touching.margin = radius_;
+    LocalConstraints off(slack_ / 8);
+    std::vector<Contact> contacts;
+    Vec3 at = Vec3::Zero();
+    for (int i = 0; i < rounds; ++i) {
+      contacts.clear();
+      solve_moved(at, Request::contacts, touching, &contacts);
+      bool is_new = false;
+      for (const Contact& c : contacts)
+        is_new = off.add({{c.normal, c.normal.dot(at) + c.depth + radius_}, infinity, Vec3::Zero()}) || is_new;
+      if (!is_new || !off.shortest(infinity, 0, at)) break;
+      if (separates(at)) return at;
+    }
+    return std::nullopt;
+  }
+
+  /// `answer` has the depth of the cores plus the radii; if that translation does not separate, one off all contacts
+  /// does, else that of the hulls.
   void bound_depth(PairAnswer& answer) const {
     const double depth = -answer.signed_distance, certain = depth - answer.error_bound;
     if (separates(depth * answer.normal)) return;
-    const auto hull_of = [this](const Shape& s) { return s.is_convex() ? view(s) : view_hull(s, options_.limit); };
-    const PairAnswer hulls =
-        solve_convex(hull_of(a_), pose_a_, hull_of(b_), pose_b_, Request::distance, for_triangles(options_), nullptr);
-    answer = hulls;
-    grow(answer);
+    if (const auto off = off_contacts()) {
+      const double length = off->norm();
+      answer = solve_moved(*off, Request::distance, options_, nullptr);
+      answer.point_a += pose_a_.translation + a_.rounding() * answer.normal;
+      answer.point_b = answer.point_a - *off;
+      answer.normal = *off / length;
+      answer.signed_distance = -length;
+    } else {
+      const auto hull_of = [this](const Shape& s) { return s.is_convex() ? view(s) : view_hull(s, options_.limit); };
+      answer =
+          solve_convex(hull_of(a_), pose_a_, hull_of(b_), pose_b_, Request::distance, for_triangles(options_), nullptr);
+      grow(answer);
+    }
     answer.collide = true;
     answer.status = Status::inexact;
     answer.error_bound = std::max(-answer.signed_distance - certain, slack_);

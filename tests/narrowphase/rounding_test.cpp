@@ -6,9 +6,10 @@
 
 #include "catch.h"
 #include "mesh_samples.h"
-#include "random.h"
+#include "random_pairs.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "tandem/narrowphase/several_pairs.h"
+#include "tandem/narrowphase/shape_makers.h"
 
 using namespace tandem;
 using reference::Random;
@@ -198,4 +199,21 @@ TEST_CASE("rounding: several pairs, bounds, time of impact and refusals know it"
   std::vector<std::uint8_t> apart(pairs.size());
   narrow_phase.mark_apart(pairs, apart);
   CHECK(apart == std::vector<std::uint8_t>{0, 1, 0});
+}
+
+// The normal of one face leads along the others.
+TEST_CASE("a rounded shape in the corner of three faces of a mesh leaves them all, by what it is deep in them") {
+  Random r(18);
+  const Shape corner = voxel_mesh(test::corner_cells, 1);
+  for (int i = 0; i < 600; ++i) {
+    const auto [core, half] = test::resting_shape(i, r);
+    const double radius = r.in(0.01, 0.1), deep = i % 3 == 0 ? 0 : std::pow(10, r.in(-12, -3));
+    const Shape shape = core.rounded(radius);
+    const Pose at_corner{r.rotation(), r.vec(-2, 2)};
+    const Pose at{at_corner.rotation, at_corner * (Vec3::Constant(1 + radius - deep) + half)};
+    const PairAnswer distance = NarrowPhase().solve(corner, at_corner, shape, at, Request::distance);
+    CAPTURE(i, deep, distance.signed_distance, distance.error_bound);
+    CHECK(-distance.signed_distance <= std::sqrt(3.0) * deep + 1e-11);
+    CHECK(-distance.signed_distance + distance.error_bound >= deep - 1e-11);
+  }
 }

@@ -56,7 +56,7 @@ struct PairAnswer {
   /// lower bound on the distance, 0 if none is known, and there may be no normal.
   ///
   /// With voxels the same holds as with a mesh: the depth of the deepest cell is the lower bound, and the translation
-  /// is searched along the normal of that cell and along the axes of the grid.
+  /// is searched along the normal of that cell, off all cells that touch, and along the axes of the grid.
   double signed_distance = 0;
   Vec3 point_a = Vec3::Zero();  ///< on A, world
   Vec3 point_b = Vec3::Zero();  ///< on B, world
