@@ -108,22 +108,15 @@ class RoundedPair {
   /// A translation that separates, off all contacts at once, as in a corner of a mesh; none where they contradict each
   /// other.
   std::optional<Vec3> off_contacts() const {
-    constexpr int rounds = 8;
     NarrowPhaseOptions touching = options_;
     touching.margin = radius_;
-    LocalConstraints off(slack_ / 8);
     std::vector<Contact> contacts;
-    Vec3 at = Vec3::Zero();
-    for (int i = 0; i < rounds; ++i) {
+    const auto add = [&](const Vec3& at, int, LocalConstraints& off) {
       contacts.clear();
       solve_moved(at, Request::contacts, touching, &contacts);
-      bool is_new = false;
-      for (const Contact& c : contacts)
-        is_new = off.add({{c.normal, c.normal.dot(at) + c.depth + radius_}, infinity, Vec3::Zero()}) || is_new;
-      if (!is_new || !off.shortest(infinity, 0, at)) break;
-      if (separates(at)) return at;
-    }
-    return std::nullopt;
+      return off.add_contacts(contacts, at, radius_);
+    };
+    return translation_off_all(slack_ / 8, 0, add, [&](const Vec3& at) { return separates(at); });
   }
 
   /// `answer` has the depth of the cores plus the radii; if that translation does not separate, one off all contacts

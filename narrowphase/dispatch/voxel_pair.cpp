@@ -322,15 +322,13 @@ Constraint VoxelPair::off_free_face(VoxelRef cell, const Vec3& point) const {
 /// voxels. False: nothing new.
 bool VoxelPair::add_contacts(const Vec3& moved_by, LocalConstraints& off) {
   bool is_new = false;
-  each_contact([&](VoxelRef, std::span<const Contact> list) {
-    for (const Contact& c : list)
-      is_new = off.add({{c.normal, c.normal.dot(moved_by) + c.depth}, infinity, Vec3::Zero()}) || is_new;
-  });
+  each_contact(
+      [&](VoxelRef, std::span<const Contact> list) { is_new = off.add_contacts(list, moved_by, 0) || is_new; });
   return is_new;
 }
 
-/// The same through the free face of one cell, whose own contacts push into others: the nearest, as beyond it other
-/// cells may be left, too.
+/// Adds what takes it off one of the cells whose contacts push into other cells, along the grid, through a face with no
+/// cell beside it: of these the shortest translation, which may lead off the rest, too. False: nothing new.
 bool VoxelPair::add_free_face(const Vec3& moved_by, LocalConstraints& off) {
   Constraint nearest{Vec3::UnitX(), infinity};
   const NarrowPhaseOptions of_cell = for_triangles(options_);
@@ -350,23 +348,21 @@ bool VoxelPair::add_free_face(const Vec3& moved_by, LocalConstraints& off) {
 /// A translation that separates, off all cells at once, as in a corner between them; none where these contradict each
 /// other.
 std::optional<Vec3> VoxelPair::off_cells() const {
-  constexpr int rounds = 8;
   NarrowPhaseOptions touching = options_;
   touching.margin = slack();
-  LocalConstraints off(slack() / 8);  // of which any is met, to less than the length is enlarged by
-  // A little farther it is free as well, not in a gap as wide as the other shape.
-  const double little = tolerance::alike * (voxels_.size() + other_.size());
-  Vec3 at = Vec3::Zero();
-  for (int i = 0; i < rounds; ++i) {
+  const auto add = [&](const Vec3& at, int round, LocalConstraints& off) {
     const Pose moved{other_pose_.rotation, other_pose_.translation + at};
     VoxelPair there(voxels_, pose_, other_, moved, touching);
     const bool by_contacts = there.add_contacts(at, off);
-    // Also where contacts of one cell and the next lead on by less and less.
-    const bool by_face = (!by_contacts || i >= rounds / 2) && there.add_free_face(at, off);
-    if (!(by_contacts || by_face) || !off.shortest(infinity, slack() / 2, at)) break;
-    if (separates(at) && separates(at + little * unit(at))) return at;
-  }
-  return std::nullopt;
+    // After some rounds in any case: contacts of two cells may push back onto each other, by less and less.
+    constexpr int first_rounds = 4;
+    const bool by_face = (!by_contacts || round >= first_rounds) && there.add_free_face(at, off);
+    return by_contacts || by_face;
+  };
+  // A little farther it is free as well, not in a gap as wide as the other shape.
+  const double little = tolerance::alike * (voxels_.size() + other_.size());
+  const auto is_free = [&](const Vec3& at) { return separates(at) && separates(at + little * unit(at)); };
+  return translation_off_all(slack() / 8, slack() / 2, add, is_free);
 }
 
 /// A translation that separates from all cells: along the normal of the deepest, off all that touch, along the axes of

@@ -66,6 +66,13 @@ bool LocalConstraints::add(const LocalConstraint& constraint) {
   return true;
 }
 
+bool LocalConstraints::add_contacts(std::span<const Contact> contacts, const Vec3& moved_by, double more) {
+  bool is_new = false;
+  for (const Contact& c : contacts)
+    is_new = add({{c.normal, c.normal.dot(moved_by) + c.depth + more}, infinity, Vec3::Zero()}) || is_new;
+  return is_new;
+}
+
 bool LocalConstraints::shortest(double reach, double more, Vec3& translation) const {
   std::vector<Constraint> those;
   for (const LocalConstraint& c : constraints_)
