@@ -42,15 +42,18 @@ class ShortestFree {
   }
 
   /// The first free translation along a direction (unit) that is longer than `length` by the rounding of positions, or
-  /// by four times that, and so on.
+  /// by four times that, and so on; where it ends at the other side of a notch, also a little away from that.
   Vec3 farther(const Vec3& direction, double length) const {
     constexpr int most = 64;
     // Of points in one place every other number is zero.
     const double scale =
         std::max(size_ + a_.pose.translation.norm() + b_.pose.translation.norm() + length, tolerance::shortest_length);
     double more = tolerance::translation_slack * scale;
-    for (int i = 0; i < most; ++i, more *= 4)
-      if (is_free((length + more) * direction)) return (length + more) * direction;
+    for (int i = 0; i < most; ++i, more *= 4) {
+      const Vec3 end = (length + more) * direction;
+      if (is_free(end)) return end;
+      if (const Vec3 aside = off_side(end, more); is_free(aside)) return aside;
+    }
     throw std::logic_error("penetration_depth: no translation along a direction separates");
   }
 
@@ -79,6 +82,12 @@ class ShortestFree {
   }
 
  private:
+  // A translation after which they overlap by a little, and off that.
+  Vec3 off_side(const Vec3& end, double little) const {
+    const PairAnswer side = unless_stopped(narrow_.solve(a_.shape, a_.pose, b_.shape, moved(end), Request::distance));
+    return end + std::clamp(little - side.signed_distance, 0.0, 4 * little) * side.normal;
+  }
+
   Vec3 pulled_in(const Vec3& free) const {
     const double length = free.norm();
     const Pose from = moved(free);

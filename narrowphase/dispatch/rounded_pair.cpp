@@ -116,7 +116,9 @@ class RoundedPair {
       solve_moved(at, Request::contacts, touching, &contacts);
       return off.add_contacts(contacts, at, radius_);
     };
-    return translation_off_all(slack_ / 8, 0, add, [&](const Vec3& at) { return separates(at); });
+    const double little = tolerance::alike * (a_.size() + b_.size());
+    const OffPrecision precision{slack_ / 8, 0, 0, little};
+    return translation_off_all(Vec3::Zero(), precision, add, [&](const Vec3& at) { return !separates(at); });
   }
 
   /// `answer` has the depth of the cores plus the radii; if that translation does not separate, one off all contacts

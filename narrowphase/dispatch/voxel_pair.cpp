@@ -359,10 +359,9 @@ std::optional<Vec3> VoxelPair::off_cells() const {
     const bool by_face = (!by_contacts || round >= first_rounds) && there.add_free_face(at, off);
     return by_contacts || by_face;
   };
-  // A little farther it is free as well, not in a gap as wide as the other shape.
   const double little = tolerance::alike * (voxels_.size() + other_.size());
-  const auto is_free = [&](const Vec3& at) { return separates(at) && separates(at + little * unit(at)); };
-  return translation_off_all(slack() / 8, slack() / 2, add, is_free);
+  const OffPrecision precision{slack() / 8, slack() / 2, slack() / 2, little};
+  return translation_off_all(Vec3::Zero(), precision, add, [&](const Vec3& at) { return !separates(at); });
 }
 
 /// A translation that separates from all cells: along the normal of the deepest, off all that touch, along the axes of
@@ -477,7 +476,10 @@ PairAnswer VoxelPair::contacts(std::vector<Contact>& out) {
   const bool is_free = has_deepest && options_.mesh_bounds && deepest_is_free();
   PairAnswer whole;
   if (!has_deepest || (options_.mesh_bounds && !is_free)) whole = depth(found);
-  if (!has_deepest) replace_patch(whole, out, first);
+  // In a slot exactly as wide as the other shape the contacts are those of the cells.
+  const bool in_slot = found.most <= slack() && whole.error_bound > slack();
+  if (!has_deepest && !in_slot) replace_patch(whole, out, first);
+  if (out.size() == first) out.push_back(contact_of(found.nearest));
   answer = from_deepest(out, first);
   answer.collide = true;
   if (!options_.mesh_bounds) {

@@ -120,8 +120,7 @@ class MeshConvex {
     const bool is_inside = near.signed_distance > 0;
     const Overlap overlap = is_inside ? Overlap{near, near.signed_distance, {}} : deepest_triangle(near);
     known.certain = overlap.depth;
-    if (!is_inside)
-      if (const auto off = overlapping.off_triangles()) search.take(*off);
+    if (const auto off = overlapping.off_triangles()) search.take(*off);
     along(is_inside ? Vec3(-near.normal) : overlap.deepest.normal);
     if (!is_inside && !search.is_shortest()) search.beyond_obstacles();
     by_deep_points(tried.empty() ? known.normal : tried[0]);

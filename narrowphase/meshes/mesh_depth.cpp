@@ -43,9 +43,9 @@ Separation bound_by_triangles(const Posed& a, const Posed& b, std::span<const Tr
 Separation bound_by_surface(const Posed& a, const Posed& b, const NarrowPhaseOptions& options) {
   NearestSearch search(a, b, options.limit);
   Nearest near = search();
+  // The inner one leaves through the nearest face of the other.
   const Vec3 out = -search.normal(options, near);
-  // B inside A leaves A through its nearest face; A inside B is the reverse.
-  return {near.distance, infinity, has_inside(a, b, options.limit) ? Vec3(-out) : out, (near.on_a + near.on_b) / 2};
+  return {near.distance, infinity, out, (near.on_a + near.on_b) / 2};
 }
 
 PairAnswer with_points(PairAnswer answer, const Vec3& middle) {
@@ -64,8 +64,14 @@ PairAnswer depth_as_convex(const Posed& a, const Posed& b, const OverlappingMesh
   const PairAnswer convex = overlap_as_convex(a, b, Request::distance, options, nullptr);
   const double depth = -convex.signed_distance;
   // For two that only touch, rounding may separate the convex one although it is wedged in.
+  constexpr double near = 8;
+  const auto is_free_near = [&](const Vec3& end) {
+    const auto off = overlap.off_triangles(end);
+    return off && (*off - end).norm() <= near * overlap.enough;
+  };
   const bool separates =
-      holds_as_convex(a, b, depth, options.limit) && overlap.is_free((overlap.enough + depth) * convex.normal);
+      holds_as_convex(a, b, depth, options.limit) &&
+      (overlap.is_free((overlap.enough + depth) * convex.normal) || is_free_near(depth * convex.normal));
   return separates ? convex : none;
 }
 
@@ -199,6 +205,10 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
   if (touching) return touch;
   SeparationSearch search(overlap, {.certain = bound.certain});
   Separation& known = search.known;
+  if (const auto off = overlap.off_triangles(Vec3::Zero())) {
+    search.take(*off);
+    known.point = point_of_last_touch(a, b, known, overlap.size, options);
+  }
   search.beyond_obstacles();
   known.certain = std::min(known.certain, known.length);  // because of rounding a sliver's depth may be larger
   if (!search.is_shortest()) {
@@ -245,6 +255,35 @@ bool take_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pa
   return true;
 }
 
+// Contacts as deep as a body is wide may lead along a face that the other only touches: those deeper than a translation
+// that separates are left out, and one replaces them if none remains. In a slot exactly as wide as the body there is no
+// such translation: contacts are as deep as the triangles.
+void leave_out_deeper(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
+                      const NarrowPhaseOptions& options, double slack, std::size_t first,
+                      std::vector<Contact>& contacts) {
+  constexpr double deep = 0.25;  // of the smaller body's size
+  const double depth = -from_deepest(contacts, first).signed_distance;
+  if (!(depth > deep * std::min(a.shape.size(), b.shape.size()))) return;
+  const AboutA about(a, b);
+  const OverlappingMeshes overlap(about.a(), about.b(), pairs, options);
+  const auto off = overlap.off_triangles(Vec3::Zero());
+  if (!off) {
+    const double certain = bound_by_triangles(a, b, pairs, options).certain;
+    for (Contact& c : std::span(contacts).subspan(first))
+      if (certain <= slack) c.depth = std::min(c.depth, certain);
+    return;
+  }
+  if (!(off->norm() < depth - slack)) return;
+  const double length = off->norm();
+  const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
+  contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth > length + slack; }),
+                 contacts.end());
+  if (contacts.size() > first) return;
+  Separation known{0, length, *off / length, Vec3::Zero()};
+  const Vec3 middle = point_of_last_touch(about.a(), about.b(), known, overlap.size, options);
+  contacts.push_back({middle + a.pose.translation, known.normal, length, of_no_feature});
+}
+
 }  // namespace
 
 PairAnswer depth_of_meshes(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
@@ -260,10 +299,11 @@ PairAnswer bounded_contacts(const Posed& a, const Posed& b, std::span<const Tria
   // Of triangles that are hardly larger than the rounding of their places no patch may be left.
   if (contacts.size() == first)
     contacts.push_back(contact_of(solve_meshes(a, b, Request::distance, options, nullptr), of_no_feature));
+  const double slack = tolerance::translation_slack * (a.shape.size() + b.shape.size());
+  leave_out_deeper(a, b, pairs, for_triangles(options), slack, first, contacts);
   PairAnswer answer = from_deepest(contacts, first);
   answer.collide = true;
-  const double depth = -answer.signed_distance,
-               slack = tolerance::translation_slack * (a.shape.size() + b.shape.size());
+  const double depth = -answer.signed_distance;
   if (depth > slack && take_touch(a, b, pairs, slack, options, first, contacts, answer)) return answer;
   if (!options.mesh_bounds) {
     answer.status = Status::unproven;

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "closed_forms/surface_distance.h"
+#include "meshes/depth/off_parts.h"
 #include "meshes/traversal/coplanar_region.h"
 #include "meshes/traversal/point_in_mesh.h"
 #include "meshes/traversal/point_queries.h"
@@ -118,35 +119,43 @@ bool ConvexInMesh::add_constraints(const Vec3& at, LocalConstraints& constraints
   return is_new;
 }
 
-// Translated by `at`, off each triangle that touches there, but for those that the translations known already leave.
-void ConvexInMesh::add_off_triangles(const Vec3& at, std::vector<Constraint>& off) const {
-  constexpr std::size_t most = 48;
+// Translated by `at`, off each triangle that touches there.
+bool ConvexInMesh::add_off_triangles(const Vec3& at, LocalConstraints& constraints) const {
+  struct Touching {
+    Corners corners;
+    PairAnswer answer;
+    Vec3 outside;
+  };
+  constexpr std::size_t most = 256;
+  std::vector<Touching> touching;
   const MeshConvexPair there = pair_.moved(at);
   there.each_near(slack, [&](std::uint32_t t) {
     const Corners p = there.corners(t);
-    const auto leaves = [&](const Constraint& known) {
-      return there.support_plane(known.normal).beyond(p) >= slack + known.normal.dot(at) - known.bound;
-    };
-    if (std::any_of(off.begin(), off.end(), leaves) || there.bound(p).gap > slack) return false;
+    if (there.bound(p).gap > slack) return false;
     const PairAnswer r = there.solve(p, Request::distance);
-    if (r.signed_distance <= slack) off.push_back({r.normal, r.normal.dot(at) + slack - r.signed_distance});
-    return off.size() == most;
+    const TrianglePlane plane = there.plane_of(p);
+    if (r.signed_distance <= slack)
+      touching.push_back({p, r, pair_.model().solid && plane.flat ? plane.normal : Vec3(Vec3::Zero())});
+    return touching.size() == most;
   });
+  OffParts off(at, slack / 8, constraints);
+  for (const Touching& t : touching) off.add_outside(t.outside);
+  for (const Touching& t : touching) {
+    const auto gap_along = [&](const Vec3& n) { return there.support_plane(n).beyond(t.corners); };
+    if (!off.leave(t.outside, gap_along)) off.add(t.answer, t.outside, gap_along);
+  }
+  if (touching.empty() && there.inside()) {
+    // Through the nearest triangle.
+    const PairAnswer near = there.nearest();
+    off.add(-near.normal, there.support_plane(-near.normal).low + near.normal.dot(near.point_a));
+  }
+  return off.finish();
 }
 
 std::optional<Vec3> ConvexInMesh::off_triangles() const {
-  constexpr int rounds = 4;
-  std::vector<Constraint> off;
-  Vec3 from = Vec3::Zero(), at;
-  for (int i = 0; i < rounds; ++i) {
-    const std::size_t before = off.size();
-    add_off_triangles(from, off);
-    if (off.size() == before || !shortest_feasible(off, slack / 8, at)) break;
-    const bool here = collide(at);
-    if (!here && is_free(at)) return at;
-    from = here ? at : farther(at);
-  }
-  return std::nullopt;
+  const auto add = [&](const Vec3& at, int, LocalConstraints& off) { return add_off_triangles(at, off); };
+  const OffPrecision precision{slack / 4, slack / 16, slack, tolerance::alike * size};
+  return translation_off_all(Vec3::Zero(), precision, add, [&](const Vec3& at) { return collide(at); });
 }
 
 // A chord of the convex shape, from its deepest point over the triangle to its centre, passes through the triangle. It

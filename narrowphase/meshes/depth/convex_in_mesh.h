@@ -31,7 +31,7 @@ class ConvexInMesh final : public OverlappingPair {
   Vec3 raise_by_deep_points(const Vec3& normal, Separation& known) const;
 
  private:
-  void add_off_triangles(const Vec3& at, std::vector<Constraint>& off) const;
+  bool add_off_triangles(const Vec3& at, LocalConstraints& constraints) const;
   bool leads_on(double length, const Vec3& d) const;
   struct DeepPoint {
     double depth = 0;

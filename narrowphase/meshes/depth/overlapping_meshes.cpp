@@ -7,7 +7,9 @@
 #include <utility>
 
 #include "convex/triangle_height.h"
+#include "meshes/depth/off_parts.h"
 #include "meshes/traversal/hierarchy.h"
+#include "meshes/traversal/mesh_nearest.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
@@ -135,6 +137,54 @@ bool OverlappingMeshes::add_constraints(const Vec3& at, LocalConstraints& constr
     if (Vec3 to; !constraints.shortest(0, slack, to)) return false;
   }
   return is_new;
+}
+
+// With B translated by `at`, off each pair of triangles that intersect there.
+bool OverlappingMeshes::add_off_triangles(const Vec3& at, LocalConstraints& constraints) const {
+  constexpr std::size_t most_pairs = 512;
+  PairMemory memory(std::pmr::get_default_resource());
+  const Posed there{b_.shape, moved_b(at)};
+  TriangleTest test(a_.pose, there.pose, reach(mesh(false)));
+  const TrianglePairs found = meeting_pairs(a_, there, test, options_, memory, nullptr);
+  const std::span<const TrianglePair> pairs = std::span(found).first(std::min(most_pairs, found.size()));
+  const auto corners = [&](bool of_a, std::uint32_t t) {
+    Corners p = mesh(of_a).corners(t);
+    for (Vec3& v : p) v = placed(of_a, v, at);
+    return p;
+  };
+  // From A to B.
+  const auto outside = [&](bool of_a, const Corners& p) {
+    return mesh(of_a).solid ? Vec3((of_a ? 1 : -1) * area_vector(p).stableNormalized()) : Vec3(Vec3::Zero());
+  };
+  OffParts off(at, slack / 8, constraints);
+  for (const auto& [i, j] : pairs) {
+    off.add_outside(outside(true, corners(true, i)));
+    off.add_outside(outside(false, corners(false, j)));
+  }
+  WorkMeter meter(options_.limit);
+  for (const auto& [i, j] : pairs) {
+    meter.spend(16);
+    const Corners p = corners(true, i), q = corners(false, j);
+    const auto gap = [&](const Vec3& n) { return gap_along(n, p, q); };
+    const Vec3 out_a = outside(true, p), out_b = outside(false, q);
+    const Vec3& out = out_a.isZero(0) || (!out_b.isZero(0) && gap(out_b) > gap(out_a)) ? out_b : out_a;
+    if (off.leave(out, gap)) continue;
+    off.add(solve_convex(TriangleView(p), {}, TriangleView(q), {}, Request::distance, {}, nullptr), out, gap);
+  }
+  if (pairs.empty()) {
+    // One inside the other: through the nearest triangles.
+    NearestSearch search(a_, there, options_.limit);
+    Nearest near = search();
+    const Vec3 out = -search.normal(options_, near);
+    off.add(out, -near.distance);
+  }
+  return off.finish();
+}
+
+std::optional<Vec3> OverlappingMeshes::off_triangles(const Vec3& first) const {
+  const auto add = [&](const Vec3& at, int, LocalConstraints& off) { return add_off_triangles(at, off); };
+  const OffPrecision precision{slack / 4, slack / 16, slack, tolerance::alike * size};
+  return translation_off_all(first, precision, add, [&](const Vec3& at) { return collide(at); });
 }
 
 // Edge k of triangle i of one mesh, with B translated by `at`, through triangle j of the other.

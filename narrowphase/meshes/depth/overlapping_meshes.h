@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -29,7 +30,12 @@ class OverlappingMeshes final : public OverlappingPair {
   bool add_constraints(const Vec3& at, LocalConstraints& constraints) const override;
   bool separating_planes(const Vec3& at, double reach, std::vector<Constraint>& planes) override;
 
+  /// A translation that separates, off each pair of triangles by the least that this takes, as in a corner, where
+  /// several touch; none where these contradict each other. `first`: where to look for pairs first.
+  std::optional<Vec3> off_triangles(const Vec3& first) const;
+
  private:
+  bool add_off_triangles(const Vec3& at, LocalConstraints& constraints) const;
   const MeshModel& mesh(bool of_a) const { return mesh_of((of_a ? a_ : b_).shape); }
   Pose moved_b(const Vec3& by) const { return {b_.pose.rotation, b_.pose.translation + by}; }
   Vec3 placed(bool of_a, const Vec3& v, const Vec3& at) const;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "shapes/unit_vector.h"
 #include "tandem/narrowphase/answer.h"
 #include "tandem/narrowphase/pose.h"
 #include "tolerances.h"
@@ -31,6 +32,8 @@ class LocalConstraints {
   /// `slack`: precision of translations, metres.
   explicit LocalConstraints(double slack) : slack_(slack) {}
 
+  const std::vector<LocalConstraint>& all() const { return constraints_; }
+
   /// True if the known constraints imply this one.
   bool imply(const LocalConstraint& constraint) const;
 
@@ -55,18 +58,39 @@ class LocalConstraints {
   std::vector<LocalConstraint> constraints_;
 };
 
+/// How precise the translations of translation_off_all are, metres.
+struct OffPrecision {
+  double slack;   ///< of constraints
+  double more;    ///< what each constraint is enlarged by at first, and by four times that where it is not enough
+  double most;    ///< the most of that
+  double little;  ///< how much farther B must be free, too
+};
+
 /// A translation of B that separates, by constraints found in rounds: add(at, round, constraints) adds those of what
-/// touches with B translated by `at`, false: nothing new; is_free(at): that separates. `slack`: precision of
-/// translations, `more`: what each constraint is enlarged by, metres. None if constraints contradict each other, or
-/// there are new ones after the last round.
-template <class Add, class IsFree>
-std::optional<Vec3> translation_off_all(double slack, double more, const Add& add, const IsFree& is_free) {
+/// touches with B translated by `at`, at first by `first`, false: nothing new; collide(at): whether they collide there.
+/// It is free a little farther, too: along itself or, where it ends at the other side of a notch, off all that it has
+/// left. None if constraints contradict each other, as in a slot exactly as wide as B, or the last round finds new
+/// ones.
+template <class Add, class Collide>
+std::optional<Vec3> translation_off_all(const Vec3& first, const OffPrecision& precision, const Add& add,
+                                        const Collide& collide) {
   constexpr int rounds = 8;
-  LocalConstraints off(slack);
-  Vec3 at = Vec3::Zero();
+  LocalConstraints off(precision.slack);
+  std::vector<Vec3> from{first};
+  Vec3 at = Vec3::Zero(), beyond = at;
+  double more = precision.more;
   for (int i = 0; i < rounds; ++i) {
-    if (!add(at, i, off) || !off.shortest(infinity, more, at)) break;
-    if (is_free(at)) return at;
+    bool is_new = false;
+    for (const Vec3& place : from) is_new = add(place, i, off) || is_new;
+    if (!is_new) more *= 4;
+    if (more > precision.most || !off.shortest(infinity, more, at)) break;
+    from = {at};
+    if (collide(at)) continue;
+    from = {at + precision.little * unit(at)};
+    const bool is_free = !collide(from.front());
+    if (!is_free && !off.shortest(infinity, more + precision.little, beyond)) break;
+    if (is_free || !collide(beyond)) return at;
+    from.push_back(beyond);
   }
   return std::nullopt;
 }
