@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "mesh_samples.h"
+#include "settle.h"
 #include "shapes/hull.h"
 #include "shapes/shape_insides.h"
 #include "tandem/narrowphase/narrow_phase.h"
@@ -336,6 +337,7 @@ PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
   if (p.margin == 0) p.margin = 0.1;
   if (options.unusual) make_unusual(p, r);
   if (options.deep) put_deep(p, r);
+  if (options.settled) settle(p, r);
   return p;
 }
 

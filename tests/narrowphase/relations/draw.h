@@ -22,6 +22,7 @@ struct DrawOptions {
   bool rounded = false;  ///< one or both shapes are rounded
   bool unusual = false;  ///< modified by `make_unusual`
   bool deep = false;     ///< B, often much smaller, is about the middle of A
+  bool settled = false;  ///< brought to rest by `settle`
 };
 
 /// The pair for a seed. Sizes within 1 or ratios up to 1e8; plump shapes, flat and thin ones to 1e-8, points, collinear

@@ -48,6 +48,7 @@ struct Options {
   bool rounded = false;             // one or both shapes are rounded
   bool unusual = false;             // rare constructions (unusual.h)
   bool deep = false;                // B about the middle of A
+  bool settled = false;             // B at rest against A
   bool raw = false;                 // without minimisation
   bool list = false;                // prints the pairs without checking them
   bool table = false;               // counts by kinds and relation, too
@@ -261,7 +262,8 @@ int run_records(const Options& options) {
 
 int run_random(const Options& options) {
   const DrawOptions draw{kind_of(options.a), kind_of(options.b), read_meshes(options.meshes, options.largest_mesh),
-                         options.needles,    options.rounded,    options.unusual, options.deep};
+                         options.needles,    options.rounded,    options.unusual,
+                         options.deep,       options.settled};
   if (options.list) {
     for (std::uint64_t seed = options.seed; seed < options.seed + options.pairs; ++seed)
       std::puts(record(draw_pair(seed, draw), std::to_string(seed)).c_str());
@@ -299,6 +301,8 @@ int main(int argc, char** argv) {
       "only triangles given twice, hulls of thousands of points, stacks, one in another, thin walls, shapes far "
       "from their own origin, one shape twice, exact touches turned");
   app.add_flag("--deep", options.deep, "B, often much smaller, is about the middle of A");
+  app.add_flag("--settled", options.settled,
+               "B rests against A, often a solid with corners, or is sunk into it a little");
   app.add_option("--threads", options.threads, "number of threads, 0: one for each core; results do not depend on it")
       ->check(CLI::NonNegativeNumber);
   app.add_flag("--table", options.table, "also print failures by kinds and relation as a Markdown table");

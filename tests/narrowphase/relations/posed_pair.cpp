@@ -89,8 +89,9 @@ void each_length(Data& data, Take&& take) {
   std::visit(
       Overloaded{[&](Sphere& s) { take(s.radius); }, [&](Box& s) { std::for_each(s.size.begin(), s.size.end(), take); },
                  [&](Ellipsoid& s) { std::for_each(s.radii.begin(), s.radii.end(), take); },
-                 [&](HalfSpace& s) { take(s.offset); }, [&](Plane& s) { take(s.offset); }, [&](Convex& s) { all(s.vertices); },
-                 [&](Triangle& s) { all(s.vertices); }, [&](Mesh& s) { all(s.vertices); },
+                 [&](HalfSpace& s) { take(s.offset); }, [&](Plane& s) { take(s.offset); },
+                 [&](Convex& s) { all(s.vertices); }, [&](Triangle& s) { all(s.vertices); },
+                 [&](Mesh& s) { all(s.vertices); },
                  [&](Voxels& s) { take(s.cell_size), std::for_each(s.origin.begin(), s.origin.end(), take); },
                  [&](auto& s) { take(s.radius), take(s.length); }},
       data);

@@ -14,8 +14,8 @@ namespace tandem::relations {
 using reference::Random;
 
 /// In the order of ShapeKind.
-using ShapeData = std::variant<Sphere, Box, Capsule, Cylinder, Cone, Ellipsoid, HalfSpace, Convex, Triangle, Mesh, Plane,
-                               Voxels>;
+using ShapeData =
+    std::variant<Sphere, Box, Capsule, Cylinder, Cone, Ellipsoid, HalfSpace, Convex, Triangle, Mesh, Plane, Voxels>;
 
 struct PosedShape {
   ShapeData shape;

@@ -158,27 +158,6 @@ void place_somewhere(PosedPair& p, Random& r) {
   place(p, side == 0 ? 0 : side * (r.once_in(2) ? small(r, 16) : 0.02 * small(r, 2)) * size);
 }
 
-/// Cubes of a grid near each other.
-Mesh cubes(double size, Random& r) {
-  std::vector<std::array<std::int32_t, 3>> cells;
-  for (int n = 1 + r.below(12); n > 0; --n) {
-    const int z = r.below(4) - 2, y = r.below(3) - 1, x = r.below(3) - 1;
-    cells.push_back({x, y, z});
-  }
-  return std::get<Mesh>(data_of(voxel_mesh(cells, size)));
-}
-
-/// A height field, steep or flat to 1e-12, its heights multiples of an eighth or arbitrary.
-Mesh land(double size, Random& r) {
-  const int columns = 2 + r.below(5), rows = 2 + r.below(5), what = r.below(3);
-  const double bump = what == 0 ? small(r, 12) : 1;
-  std::vector<double> heights(static_cast<std::size_t>(columns * rows));
-  for (double& h : heights) h = size * (what == 1 ? r.below(9) / 8.0 : bump * r.unit());
-  const double bottom = -size * (r.once_in(3) ? small(r, 6) : 0.5);
-  return std::get<Mesh>(
-      data_of(height_field(heights, static_cast<std::size_t>(columns), static_cast<std::size_t>(rows), size, bottom)));
-}
-
 /// Solids of a grid beside each other, where their faces often meet exactly, or one beside any shape.
 void put_on_grid(PosedPair& p, Random& r) {
   const double size = r.once_in(2) ? (1 + r.below(8)) / 8.0 : r.in(0.1, 1);
@@ -231,6 +210,27 @@ void change(PosedPair& p, Random& r) {
 }
 
 }  // namespace
+
+/// Cubes of a grid near each other.
+Mesh cubes(double size, Random& r) {
+  std::vector<std::array<std::int32_t, 3>> cells;
+  for (int n = 1 + r.below(12); n > 0; --n) {
+    const int z = r.below(4) - 2, y = r.below(3) - 1, x = r.below(3) - 1;
+    cells.push_back({x, y, z});
+  }
+  return std::get<Mesh>(data_of(voxel_mesh(cells, size)));
+}
+
+/// A height field, steep or flat to 1e-12, its heights multiples of an eighth or arbitrary.
+Mesh land(double size, Random& r) {
+  const int columns = 2 + r.below(5), rows = 2 + r.below(5), what = r.below(3);
+  const double bump = what == 0 ? small(r, 12) : 1;
+  std::vector<double> heights(static_cast<std::size_t>(columns * rows));
+  for (double& h : heights) h = size * (what == 1 ? r.below(9) / 8.0 : bump * r.unit());
+  const double bottom = -size * (r.once_in(3) ? small(r, 6) : 0.5);
+  return std::get<Mesh>(
+      data_of(height_field(heights, static_cast<std::size_t>(columns), static_cast<std::size_t>(rows), size, bottom)));
+}
 
 void make_unusual(PosedPair& p, Random& r) {
   PosedPair changed = p;

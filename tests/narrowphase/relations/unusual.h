@@ -9,4 +9,9 @@ namespace tandem::relations {
 /// rotated, cubes of a grid and height fields.
 void make_unusual(PosedPair& pair, Random& r);
 
+/// Cubes of a grid near each other.
+Mesh cubes(double size, Random& r);
+/// A height field, steep or flat to 1e-12, its heights multiples of an eighth or arbitrary.
+Mesh land(double size, Random& r);
+
 }  // namespace tandem::relations
