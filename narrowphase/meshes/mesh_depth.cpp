@@ -263,7 +263,7 @@ void leave_out_deeper(const Posed& a, const Posed& b, std::span<const TrianglePa
                       std::vector<Contact>& contacts) {
   constexpr double deep = 0.25;  // of the smaller body's size
   const double depth = -from_deepest(contacts, first).signed_distance;
-  if (!(depth > deep * std::min(a.shape.size(), b.shape.size()))) return;
+  if (!(depth > deep * std::min(a.shape.size(), b.shape.size())) || pairs.size() > OverlappingMeshes::few_pairs) return;
   const AboutA about(a, b);
   const OverlappingMeshes overlap(about.a(), about.b(), pairs, options);
   const auto off = overlap.off_triangles(Vec3::Zero());

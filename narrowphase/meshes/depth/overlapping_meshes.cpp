@@ -182,6 +182,7 @@ bool OverlappingMeshes::add_off_triangles(const Vec3& at, LocalConstraints& cons
 }
 
 std::optional<Vec3> OverlappingMeshes::off_triangles(const Vec3& first) const {
+  if (pairs_.size() > few_pairs) return std::nullopt;
   const auto add = [&](const Vec3& at, int, LocalConstraints& off) { return add_off_triangles(at, off); };
   const OffPrecision precision{slack / 4, slack / 16, slack, tolerance::alike * size};
   return translation_off_all(first, precision, add, [&](const Vec3& at) { return collide(at); });

@@ -31,8 +31,10 @@ class OverlappingMeshes final : public OverlappingPair {
   bool separating_planes(const Vec3& at, double reach, std::vector<Constraint>& planes) override;
 
   /// A translation that separates, off each pair of triangles by the least that this takes, as in a corner, where
-  /// several touch; none where these contradict each other. `first`: where to look for pairs first.
+  /// several touch; none where these contradict each other, or more than `few_pairs` intersect. `first`: where to look
+  /// for pairs first.
   std::optional<Vec3> off_triangles(const Vec3& first) const;
+  static constexpr std::size_t few_pairs = 2048;  ///< of more, each look takes as long as the search that follows
 
  private:
   bool add_off_triangles(const Vec3& at, LocalConstraints& constraints) const;
