@@ -257,31 +257,30 @@ bool take_touch(const Posed& a, const Posed& b, std::span<const TrianglePair> pa
 
 // Contacts as deep as a body is wide may lead along a face that the other only touches: those deeper than a translation
 // that separates are left out, and one replaces them if none remains. In a slot exactly as wide as the body there is no
-// such translation: contacts are as deep as the triangles.
+// such translation: then those deeper than its triangles.
 void leave_out_deeper(const Posed& a, const Posed& b, std::span<const TrianglePair> pairs,
                       const NarrowPhaseOptions& options, double slack, std::size_t first,
                       std::vector<Contact>& contacts) {
   constexpr double deep = 0.25;  // of the smaller body's size
   const double depth = -from_deepest(contacts, first).signed_distance;
-  if (!(depth > deep * std::min(a.shape.size(), b.shape.size())) || pairs.size() > OverlappingMeshes::few_pairs) return;
+  if (!(depth > deep * std::min(a.shape.size(), b.shape.size()))) return;
+  if (pairs.empty() || pairs.size() > OverlappingMeshes::few_pairs) return;
   const AboutA about(a, b);
   const OverlappingMeshes overlap(about.a(), about.b(), pairs, options);
-  const auto off = overlap.off_triangles(Vec3::Zero());
-  if (!off) {
-    const double certain = bound_by_triangles(a, b, pairs, options).certain;
-    for (Contact& c : std::span(contacts).subspan(first))
-      if (certain <= slack) c.depth = std::min(c.depth, certain);
+  Separation known = bound_by_triangles(about.a(), about.b(), pairs, options);
+  known.length = known.certain;
+  if (const auto off = overlap.off_triangles(Vec3::Zero())) {
+    known.length = off->norm(), known.normal = *off / known.length;
+    known.point = point_of_last_touch(about.a(), about.b(), known, overlap.size, options);
+  } else if (known.certain > slack) {
     return;
   }
-  if (!(off->norm() < depth - slack)) return;
-  const double length = off->norm();
   const auto begin = contacts.begin() + static_cast<std::ptrdiff_t>(first);
-  contacts.erase(std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth > length + slack; }),
-                 contacts.end());
-  if (contacts.size() > first) return;
-  Separation known{0, length, *off / length, Vec3::Zero()};
-  const Vec3 middle = point_of_last_touch(about.a(), about.b(), known, overlap.size, options);
-  contacts.push_back({middle + a.pose.translation, known.normal, length, of_no_feature});
+  contacts.erase(
+      std::remove_if(begin, contacts.end(), [&](const Contact& c) { return c.depth > known.length + slack; }),
+      contacts.end());
+  if (contacts.size() == first)
+    contacts.push_back({known.point + a.pose.translation, known.normal, known.length, of_no_feature});
 }
 
 }  // namespace
