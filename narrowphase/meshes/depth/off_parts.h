@@ -56,7 +56,8 @@ class OffParts {
 
  private:
   // Within 8 degrees: rounding turns the direction between parts that touch.
-  static bool are_opposite(const Vec3& n, const Vec3& m) { return n.dot(m) < -0.99; }
+  static constexpr double opposite = -0.99;  // cosine
+  static bool are_opposite(const Vec3& n, const Vec3& m) { return n.dot(m) < opposite; }
   LocalConstraint off_along(const Vec3& n, double gap) const { return {{n, n.dot(at_) - gap}, infinity, Vec3::Zero()}; }
 
   const Vec3 at_;

@@ -1,5 +1,6 @@
 // Linear constraints on the translations that separate two bodies, and the shortest translation that satisfies them.
 #pragma once
+#include <algorithm>
 #include <optional>
 #include <span>
 #include <vector>
@@ -82,8 +83,9 @@ std::optional<Vec3> translation_off_all(const Vec3& first, const OffPrecision& p
   for (int i = 0; i < rounds; ++i) {
     bool is_new = false;
     for (const Vec3& place : from) is_new = add(place, i, off) || is_new;
-    if (!is_new) more *= 4;
-    if (more > precision.most || !off.shortest(infinity, more, at)) break;
+    if (!is_new && more >= precision.most) break;
+    if (!is_new) more = std::min(4 * more, precision.most);
+    if (!off.shortest(infinity, more, at)) break;
     from = {at};
     if (collide(at)) continue;
     from = {at + precision.little * unit(at)};
