@@ -197,10 +197,10 @@ bool collide_moved(const Case& c, const Vec3& by) {
 }
 
 // True if B, moved by a length along n, leaves A to within `slack`: moved farther by less than that, it may touch the
-// next part of A.
+// next part of A, as the other side of a notch.
 bool separates(const Case& c, double length, const Vec3& n, double slack) {
   const Pose &a = c.pair.a.pose, &b = c.pair.b.pose;
-  for (const double farther : {slack, slack / 2, slack / 4, slack / 8})
+  for (const double farther : {slack, slack / 2, slack / 4, slack / 8, 0.0})
     if (!collide_moved(c, (length + farther) * n)) return true;
   const PairAnswer r = distance(c.a, {a.rotation, Vec3::Zero()}, c.b,
                                 {b.rotation, b.translation - a.translation + (length + slack) * n});
