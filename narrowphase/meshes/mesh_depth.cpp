@@ -205,11 +205,12 @@ PairAnswer depth_about_a(const Posed& a, const Posed& b, std::span<const Triangl
   if (touching) return touch;
   SeparationSearch search(overlap, {.certain = bound.certain});
   Separation& known = search.known;
-  if (const auto off = overlap.off_triangles(Vec3::Zero())) {
-    search.take(*off);
-    known.point = point_of_last_touch(a, b, known, overlap.size, options);
-  }
   search.beyond_obstacles();
+  if (!search.is_shortest())
+    if (const auto off = overlap.off_triangles(Vec3::Zero()); off && off->norm() < known.length) {
+      search.take(*off);
+      known.point = point_of_last_touch(a, b, known, overlap.size, options);
+    }
   known.certain = std::min(known.certain, known.length);  // because of rounding a sliver's depth may be larger
   if (!search.is_shortest()) {
     const PairAnswer convex = depth_as_convex(a, b, overlap, options);

@@ -144,9 +144,13 @@ bool OverlappingMeshes::add_off_triangles(const Vec3& at, LocalConstraints& cons
   constexpr std::size_t most_pairs = 512;
   PairMemory memory(std::pmr::get_default_resource());
   const Posed there{b_.shape, moved_b(at)};
-  TriangleTest test(a_.pose, there.pose, reach(mesh(false)));
-  const TrianglePairs found = meeting_pairs(a_, there, test, options_, memory, nullptr);
-  const std::span<const TrianglePair> pairs = std::span(found).first(std::min(most_pairs, found.size()));
+  TrianglePairs found(&memory.resource);
+  if (!at.isZero(0)) {
+    TriangleTest test(a_.pose, there.pose, reach(mesh(false)));
+    found = meeting_pairs(a_, there, test, options_, memory, nullptr);
+  }
+  std::span<const TrianglePair> pairs = at.isZero(0) ? pairs_ : std::span<const TrianglePair>(found);
+  pairs = pairs.first(std::min(most_pairs, pairs.size()));
   const auto corners = [&](bool of_a, std::uint32_t t) {
     Corners p = mesh(of_a).corners(t);
     for (Vec3& v : p) v = placed(of_a, v, at);
@@ -162,14 +166,18 @@ bool OverlappingMeshes::add_off_triangles(const Vec3& at, LocalConstraints& cons
     off.add_outside(outside(false, corners(false, j)));
   }
   WorkMeter meter(options_.limit);
-  for (const auto& [i, j] : pairs) {
-    meter.spend(16);
-    const Corners p = corners(true, i), q = corners(false, j);
-    const auto gap = [&](const Vec3& n) { return gap_along(n, p, q); };
-    const Vec3 out_a = outside(true, p), out_b = outside(false, q);
-    const Vec3& out = out_a.isZero(0) || (!out_b.isZero(0) && gap(out_b) > gap(out_a)) ? out_b : out_a;
-    if (off.leave(out, gap)) continue;
-    off.add(solve_convex(TriangleView(p), {}, TriangleView(q), {}, Request::distance, {}, nullptr), out, gap);
+  constexpr std::size_t at_once = 16;  // those of bodies deep in each other are found early
+  for (std::size_t first = 0; first < pairs.size(); first += at_once) {
+    for (const auto& [i, j] : pairs.subspan(first, std::min(at_once, pairs.size() - first))) {
+      meter.spend(16);
+      const Corners p = corners(true, i), q = corners(false, j);
+      const auto gap = [&](const Vec3& n) { return gap_along(n, p, q); };
+      const Vec3 out_a = outside(true, p), out_b = outside(false, q);
+      const Vec3& out = out_a.isZero(0) || (!out_b.isZero(0) && gap(out_b) > gap(out_a)) ? out_b : out_a;
+      if (off.leave(out, gap)) continue;
+      off.add(solve_convex(TriangleView(p), {}, TriangleView(q), {}, Request::distance, {}, nullptr), out, gap);
+    }
+    if (Vec3 to; !constraints.shortest(infinity, 0, to) || to.norm() > longest_off()) return false;
   }
   if (pairs.empty()) {
     // One inside the other: through the nearest triangles.

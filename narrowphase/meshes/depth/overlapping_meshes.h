@@ -1,5 +1,6 @@
 // Two meshes that overlap, for the search for a translation that separates them.
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
@@ -37,7 +38,13 @@ class OverlappingMeshes final : public OverlappingPair {
   static constexpr std::size_t few_pairs = 2048;  ///< of more, each look takes as long as the search that follows
 
  private:
+  /// False also if they contradict each other, or the translation is longer than `longest_off`.
   bool add_off_triangles(const Vec3& at, LocalConstraints& constraints) const;
+  /// Deeper, triangles' own depths bound little.
+  double longest_off() const {
+    constexpr double shallow = 0.1;
+    return shallow * std::min(a_.shape.size(), b_.shape.size());
+  }
   const MeshModel& mesh(bool of_a) const { return mesh_of((of_a ? a_ : b_).shape); }
   Pose moved_b(const Vec3& by) const { return {b_.pose.rotation, b_.pose.translation + by}; }
   Vec3 placed(bool of_a, const Vec3& v, const Vec3& at) const;
