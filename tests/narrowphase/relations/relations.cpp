@@ -204,7 +204,7 @@ bool separates(const Case& c, double length, const Vec3& n, double slack) {
     if (!collide_moved(c, (length + farther) * n)) return true;
   const PairAnswer r = distance(c.a, {a.rotation, Vec3::Zero()}, c.b,
                                 {b.rotation, b.translation - a.translation + (length + slack) * n});
-  return -r.signed_distance <= slack;
+  return -r.signed_distance - r.error_bound <= slack;
 }
 
 std::string translation_out(const Case& c, Random&) {
