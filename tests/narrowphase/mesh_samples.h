@@ -55,6 +55,14 @@ inline Mesh box_mesh(const Vec3& size, int n = 1) {
   return mesh;
 }
 
+/// A solid with a hollow: the inner one's triangles, reversed, are its walls.
+inline Mesh with_hollow(Mesh outer, const Mesh& inner) {
+  const auto first = static_cast<std::uint32_t>(outer.vertices.size());
+  outer.vertices.insert(outer.vertices.end(), inner.vertices.begin(), inner.vertices.end());
+  for (const auto& t : inner.triangles) outer.triangles.push_back({t[0] + first, t[2] + first, t[1] + first});
+  return outer;
+}
+
 /// A solid of the height, centred at z = 0, over a polygon that is cut into the triangles `caps`, anticlockwise.
 inline Mesh prism(const std::vector<std::array<double, 2>>& polygon,
                   const std::vector<std::array<std::uint32_t, 3>>& caps, double height) {

@@ -29,12 +29,7 @@ std::vector<Contact> contacts_of(const Shape& a, const Pose& pose_a, const Shape
 
 /// A box within a box: its inner faces are walls.
 Mesh room(const Vec3& inner, double wall) {
-  Mesh m = box_mesh(inner + Vec3::Constant(2 * wall), 1);
-  const Mesh hollow = box_mesh(inner, 2);
-  const auto first = static_cast<std::uint32_t>(m.vertices.size());
-  m.vertices.insert(m.vertices.end(), hollow.vertices.begin(), hollow.vertices.end());
-  for (const auto& t : hollow.triangles) m.triangles.push_back({t[0] + first, t[2] + first, t[1] + first});
-  return m;
+  return with_hollow(box_mesh(inner + Vec3::Constant(2 * wall), 1), box_mesh(inner, 2));
 }
 
 using Profile = std::vector<std::array<double, 2>>;

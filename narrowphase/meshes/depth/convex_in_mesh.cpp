@@ -154,8 +154,7 @@ bool ConvexInMesh::add_off_triangles(const Vec3& at, LocalConstraints& constrain
 
 std::optional<Vec3> ConvexInMesh::off_triangles() const {
   const auto add = [&](const Vec3& at, int, LocalConstraints& off) { return add_off_triangles(at, off); };
-  const OffPrecision precision{slack / 4, slack / 16, slack, tolerance::alike * size};
-  return translation_off_all(Vec3::Zero(), precision, add, [&](const Vec3& at) { return collide(at); });
+  return translation_off_all(Vec3::Zero(), off_precision(), add, [&](const Vec3& at) { return collide(at); });
 }
 
 // A chord of the convex shape, from its deepest point over the triangle to its centre, passes through the triangle. It

@@ -113,17 +113,21 @@ double OverlappingMeshes::free_length(const Vec3& direction, const Separation& k
   return free;
 }
 
+std::span<const TrianglePair> OverlappingMeshes::pairs_at(const Vec3& at, PairMemory& memory,
+                                                          TrianglePairs& found) const {
+  if (at.isZero(0)) return pairs_;
+  const Pose pose = moved_b(at);
+  TriangleTest test(a_.pose, pose, reach(mesh(false)));
+  found = meeting_pairs(a_, {b_.shape, pose}, test, options_, memory, nullptr);
+  return found;
+}
+
 bool OverlappingMeshes::add_constraints(const Vec3& at, LocalConstraints& constraints) const {
   constexpr std::size_t most_pairs = 512;
   constexpr std::size_t at_once = 16;  // contradictory ones are found early
   PairMemory memory(std::pmr::get_default_resource());
   TrianglePairs there(&memory.resource);
-  if (!at.isZero(0)) {
-    const Pose pose = moved_b(at);
-    TriangleTest test(a_.pose, pose, reach(mesh(false)));
-    there = meeting_pairs(a_, {b_.shape, pose}, test, options_, memory, nullptr);
-  }
-  const std::span<const TrianglePair> pairs = at.isZero(0) ? pairs_ : std::span<const TrianglePair>(there);
+  const std::span<const TrianglePair> pairs = pairs_at(at, memory, there);
   bool is_new = false;
   WorkMeter meter(options_.limit);
   for (std::size_t first = 0; first < std::min(pairs.size(), most_pairs); first += at_once) {
@@ -143,14 +147,9 @@ bool OverlappingMeshes::add_constraints(const Vec3& at, LocalConstraints& constr
 bool OverlappingMeshes::add_off_triangles(const Vec3& at, LocalConstraints& constraints) const {
   constexpr std::size_t most_pairs = 512;
   PairMemory memory(std::pmr::get_default_resource());
-  const Posed there{b_.shape, moved_b(at)};
   TrianglePairs found(&memory.resource);
-  if (!at.isZero(0)) {
-    TriangleTest test(a_.pose, there.pose, reach(mesh(false)));
-    found = meeting_pairs(a_, there, test, options_, memory, nullptr);
-  }
-  std::span<const TrianglePair> pairs = at.isZero(0) ? pairs_ : std::span<const TrianglePair>(found);
-  pairs = pairs.first(std::min(most_pairs, pairs.size()));
+  const std::span<const TrianglePair> all = pairs_at(at, memory, found);
+  const std::span<const TrianglePair> pairs = all.first(std::min(most_pairs, all.size()));
   const auto corners = [&](bool of_a, std::uint32_t t) {
     Corners p = mesh(of_a).corners(t);
     for (Vec3& v : p) v = placed(of_a, v, at);
@@ -181,7 +180,7 @@ bool OverlappingMeshes::add_off_triangles(const Vec3& at, LocalConstraints& cons
   }
   if (pairs.empty()) {
     // One inside the other: through the nearest triangles.
-    NearestSearch search(a_, there, options_.limit);
+    NearestSearch search(a_, {b_.shape, moved_b(at)}, options_.limit);
     Nearest near = search();
     const Vec3 out = -search.normal(options_, near);
     off.add(out, -near.distance);
@@ -192,8 +191,7 @@ bool OverlappingMeshes::add_off_triangles(const Vec3& at, LocalConstraints& cons
 std::optional<Vec3> OverlappingMeshes::off_triangles(const Vec3& first) const {
   if (pairs_.size() > few_pairs) return std::nullopt;
   const auto add = [&](const Vec3& at, int, LocalConstraints& off) { return add_off_triangles(at, off); };
-  const OffPrecision precision{slack / 4, slack / 16, slack, tolerance::alike * size};
-  return translation_off_all(first, precision, add, [&](const Vec3& at) { return collide(at); });
+  return translation_off_all(first, off_precision(), add, [&](const Vec3& at) { return collide(at); });
 }
 
 // Edge k of triangle i of one mesh, with B translated by `at`, through triangle j of the other.

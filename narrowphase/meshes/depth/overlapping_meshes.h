@@ -47,6 +47,8 @@ class OverlappingMeshes final : public OverlappingPair {
   }
   const MeshModel& mesh(bool of_a) const { return mesh_of((of_a ? a_ : b_).shape); }
   Pose moved_b(const Vec3& by) const { return {b_.pose.rotation, b_.pose.translation + by}; }
+  /// The intersecting triangles with B translated; `found` holds them if it is moved.
+  std::span<const TrianglePair> pairs_at(const Vec3& at, PairMemory& memory, TrianglePairs& found) const;
   Vec3 placed(bool of_a, const Vec3& v, const Vec3& at) const;
 
   bool add_edge_through_face(bool of_a, std::uint32_t i, std::size_t k, std::uint32_t j, const Vec3& at,

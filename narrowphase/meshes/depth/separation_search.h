@@ -40,6 +40,9 @@ class OverlappingPair {
   const double enough = tolerance::translation_slack * size;  ///< over the lower bound counts as the shortest, metres
   const SearchEffort effort;
 
+  /// Of a translation off all that touches: far less than what counts as the shortest, and no less than rounding.
+  OffPrecision off_precision() const { return {slack / 4, slack / 16, slack, tolerance::alike * size}; }
+
   /// A slightly longer translation: the given one may end touching both the obstacle that B leaves and the next, with
   /// both reported as separated because of rounding; or in a gap exactly as wide as B.
   Vec3 farther(const Vec3& move) const;

@@ -246,15 +246,6 @@ ShapeData draw_shape(ShapeKind kind, Random& r, Build build, const std::vector<N
   }
 }
 
-/// One of the 24 rotations that map axes to axes.
-Mat3 exact_rotation(Random& r) {
-  Mat3 m = Mat3::Zero();
-  const int first = r.below(3), second = (first + 1 + r.below(2)) % 3, third = 3 - first - second;
-  m(first, 0) = r.sign(), m(second, 1) = r.sign(), m(third, 2) = 1;
-  if (m.determinant() < 0) m(third, 2) = -1;
-  return m;
-}
-
 Mat3 rotation(Random& r, Build build) {
   if (build == Build::dyadic || r.once_in(8)) return exact_rotation(r);
   if (r.once_in(8)) {
@@ -275,6 +266,14 @@ void put_deep(PosedPair& p, Random& r) {
 }
 
 }  // namespace
+
+Mat3 exact_rotation(Random& r) {
+  Mat3 m = Mat3::Zero();
+  const int first = r.below(3), second = (first + 1 + r.below(2)) % 3, third = 3 - first - second;
+  m(first, 0) = r.sign(), m(second, 1) = r.sign(), m(third, 2) = 1;
+  if (m.determinant() < 0) m(third, 2) = -1;
+  return m;
+}
 
 void place(PosedPair& p, double gap) {
   const Shape a = make_shape(p.a), b = make_shape(p.b);

@@ -30,6 +30,9 @@ struct DrawOptions {
 /// 1e-2, concentric, up to 1e8 from the origin.
 PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options);
 
+/// One of the 24 rotations that map axes to axes.
+Mat3 exact_rotation(Random& r);
+
 /// Moves B along the separating direction until the signed distance is about `gap`.
 void place(PosedPair& pair, double gap);
 

@@ -3,6 +3,7 @@
 #pragma once
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
 #include <variant>
 
@@ -46,6 +47,19 @@ void scale(ShapeData& data, double factor);
 void scale(PosedPair& pair, double factor);
 /// True if all lengths can be scaled by `factor` exactly, within the limits of shapes and poses.
 bool can_scale(const PosedPair& pair, double factor);
+
+/// Applies change(pair), unless shapes would then be smaller than they are allowed to be, or otherwise refused.
+template <class Change>
+void change_if_allowed(PosedPair& pair, const Change& change) {
+  PosedPair changed = pair;
+  try {
+    change(changed);
+    make_shape(changed.a), make_shape(changed.b);
+  } catch (const std::invalid_argument&) {
+    return;
+  }
+  pair = changed;
+}
 
 /// The pair as a record for `tandem query`, in one line, with all digits.
 std::string record(const PosedPair& pair, const std::string& id);

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "draw.h"
 #include "mesh_samples.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "unusual.h"
@@ -19,6 +20,7 @@ constexpr double far_out = 10;         // metres: farther from the origin roundi
 constexpr double most_sunk = 2.5;      // decimal exponent of how far B is pushed in, of its size
 constexpr double least_sunk = 13;      // the same
 constexpr double already_sunk = 1e-9;  // of the size: a motion that ends deeper did not end at a touch
+constexpr double hardly_into = 1e-12;  // cosine: rounding of a direction along a face
 constexpr double least_slide = 0.05;   // of the length of a direction that was turned along the touched faces
 
 /// The shortest translation with these products with the normals.
@@ -34,28 +36,20 @@ Vec3 sliding(Vec3 d, const std::vector<Vec3>& normals) {
   for (int pass = 0; pass < passes; ++pass)
     for (const Vec3& n : normals) d -= std::min(0.0, n.dot(d)) * n;
   for (const Vec3& n : normals)
-    if (n.dot(d) < -1e-12) return Vec3::Zero();
+    if (n.dot(d) < -hardly_into) return Vec3::Zero();
   return d.norm() < least_slide ? Vec3(Vec3::Zero()) : Vec3(d.normalized());
 }
 
 /// A box within a box.
 Mesh room(Random& r) {
   const Vec3 size = r.vec(0.5, 2);
-  Mesh m = test::box_mesh(Vec3(size + Vec3::Constant(0.5)), 1);
-  const Mesh inner = test::box_mesh(size, 1 + r.below(2));
-  const auto first = static_cast<std::uint32_t>(m.vertices.size());
-  m.vertices.insert(m.vertices.end(), inner.vertices.begin(), inner.vertices.end());
-  for (const auto& t : inner.triangles) m.triangles.push_back({t[0] + first, t[2] + first, t[1] + first});
-  return m;
+  return test::with_hollow(test::box_mesh(Vec3(size + Vec3::Constant(0.5)), 1), test::box_mesh(size, 1 + r.below(2)));
 }
 
 Voxels few_cells(Random& r) {
   Voxels v;
   v.cell_size = (1 + r.below(8)) / 8.0;
-  for (int i = 2 + r.below(12); i > 0; --i) {
-    const int z = r.below(4) - 2, y = r.below(3) - 1, x = r.below(3) - 1;
-    v.cells.push_back({{x, y, z}, 0});
-  }
+  for (const auto& place : grid_places(2 + r.below(12), r)) v.cells.push_back({place, 0});
   return v;
 }
 
@@ -80,15 +74,6 @@ std::optional<ShapeData> place_with_corners(Random& r, bool& is_room) {
     default:
       return std::nullopt;
   }
-}
-
-/// One of the 24 rotations that map axes to axes.
-Mat3 axes_to_axes(Random& r) {
-  Mat3 turn = Mat3::Zero();
-  const int first = r.below(3), second = (first + 1 + r.below(2)) % 3;
-  turn(first, 0) = r.sign(), turn(second, 1) = r.sign();
-  turn.col(2) = turn.col(0).cross(turn.col(1));
-  return turn;
 }
 
 /// Moves B along directions until it touches, up to three times. The normals of what it touches at the end, from A to
@@ -124,7 +109,7 @@ void settle_drawn(PosedPair& p, Random& r) {
   if (auto corners = place_with_corners(r, is_room)) p.a.shape = std::move(*corners);
   if (p.a.pose.translation.norm() > far_out) p.a.pose.translation = Vec3::Zero();
   const Shape a = make_shape(p.a), b = make_shape(p.b);
-  if (r.once_in(2)) p.b.pose.rotation = p.a.pose.rotation * axes_to_axes(r);
+  if (r.once_in(2)) p.b.pose.rotation = p.a.pose.rotation * exact_rotation(r);
   const Vec3 direction = r.direction(), target = r.vec(-0.7, 0.7) * reach(p.a);
   p.b.pose.translation = p.a.pose * Vec3(is_room ? 0.2 * target : target);
   if (!is_room) p.b.pose.translation += 2 * (reach(p.a) + reach(p.b)) * direction;
@@ -140,14 +125,7 @@ void settle_drawn(PosedPair& p, Random& r) {
 }  // namespace
 
 void settle(PosedPair& p, Random& r) {
-  PosedPair changed = p;
-  try {
-    settle_drawn(changed, r);
-    make_shape(changed.a), make_shape(changed.b);
-  } catch (const std::invalid_argument&) {
-    return;  // smaller than shapes are allowed to be, or two half-spaces
-  }
-  p = changed;
+  change_if_allowed(p, [&](PosedPair& changed) { settle_drawn(changed, r); });
 }
 
 }  // namespace tandem::relations

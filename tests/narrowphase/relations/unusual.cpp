@@ -121,9 +121,7 @@ Mesh hollow(Random& r) {
     m = test::torus(1, tube, segments, sides);
     inner = test::torus(1, (1 - wall) * tube, segments, sides);
   }
-  const auto first = static_cast<std::uint32_t>(m.vertices.size());
-  m.vertices.insert(m.vertices.end(), inner.vertices.begin(), inner.vertices.end());
-  for (const auto& t : inner.triangles) m.triangles.push_back({t[0] + first, t[2] + first, t[1] + first});
+  m = test::with_hollow(std::move(m), inner);
   m.solid = !r.once_in(4);
   return checked(m);
 }
@@ -211,17 +209,19 @@ void change(PosedPair& p, Random& r) {
 
 }  // namespace
 
-/// Cubes of a grid near each other.
-Mesh cubes(double size, Random& r) {
-  std::vector<std::array<std::int32_t, 3>> cells;
-  for (int n = 1 + r.below(12); n > 0; --n) {
+std::vector<std::array<std::int32_t, 3>> grid_places(int count, Random& r) {
+  std::vector<std::array<std::int32_t, 3>> places;
+  for (int n = count; n > 0; --n) {
     const int z = r.below(4) - 2, y = r.below(3) - 1, x = r.below(3) - 1;
-    cells.push_back({x, y, z});
+    places.push_back({x, y, z});
   }
-  return std::get<Mesh>(data_of(voxel_mesh(cells, size)));
+  return places;
 }
 
-/// A height field, steep or flat to 1e-12, its heights multiples of an eighth or arbitrary.
+Mesh cubes(double size, Random& r) {
+  return std::get<Mesh>(data_of(voxel_mesh(grid_places(1 + r.below(12), r), size)));
+}
+
 Mesh land(double size, Random& r) {
   const int columns = 2 + r.below(5), rows = 2 + r.below(5), what = r.below(3);
   const double bump = what == 0 ? small(r, 12) : 1;
@@ -233,14 +233,7 @@ Mesh land(double size, Random& r) {
 }
 
 void make_unusual(PosedPair& p, Random& r) {
-  PosedPair changed = p;
-  try {
-    change(changed, r);
-    make_shape(changed.a), make_shape(changed.b);
-  } catch (const std::invalid_argument&) {
-    return;  // smaller than shapes are allowed to be
-  }
-  p = changed;
+  change_if_allowed(p, [&](PosedPair& changed) { change(changed, r); });
 }
 
 }  // namespace tandem::relations
