@@ -75,30 +75,45 @@ Vec3 nearest_of(const ConvexView& v, const Vec3& p) {
   return foot.nearest - core_radius(v) * foot.normal;
 }
 
-/// Of separated bodies moves both points, each to the nearest from the other, until they stay: of bodies as short or
-/// thin as the accuracy of n, as a short capsule and a needle, both may be off. No change if they do not bound the
-/// distance as closely as before, to rounding.
-void project_in_turn(const RoundPair& pair, Support& s) {
+/// How far the points are from h n apart, their place along the bodies included.
+double off_normal(const Support& s) { return (s.h * s.n - s.point[0] - s.point[1]).norm(); }
+
+bool is_round(const RoundBody& body) { return body.kind() == ShapeKind::ellipsoid || body.has_circle(); }
+
+/// Moves both points, each to the nearest from the other, until they stay, a flat body's first: a round body's is the
+/// only one that supports along n, a flat one has a face or an edge of them. Of bodies as short or thin as the accuracy
+/// of n, as a short capsule and a needle, both may be off. Of bodies that overlap, B counts as moved out by h n. Where
+/// the points then are h n apart, n and h stay; else, of separated bodies, n becomes the direction between the points,
+/// if that bounds the distance as closely, to `open`. Else nothing changes.
+void project_in_turn(const RoundPair& pair, double open, Support& s) {
   constexpr int most_turns = 64;
-  const double rounding = 64 * epsilon * pair.scale, still = 0.25 * rounding;
-  if (!(s.h < 0)) return;
+  const double still = 16 * epsilon * pair.scale;
   for (const RoundBody& body : pair.body)
     if (body.kind() == ShapeKind::convex) return;
+  const Vec3 out = std::max(0.0, s.h) * s.n;
+  const int first = is_round(pair.body[0]) ? 1 : 0;
   Support found = s;
   for (int turn = 0; turn < most_turns; ++turn) {
     double moved = 0;
-    for (const int which : {0, 1}) {
+    for (const int which : {first, 1 - first}) {
       const RoundBody& body = pair.body[which];
-      const Vec3 other = body.axes().transpose() * (-found.point[1 - which] - body.centre());
+      const Vec3 other = body.axes().transpose() * (out - found.point[1 - which] - body.centre());
       const Vec3 point = body.centre() + body.axes() * nearest_of(body.view(), other);
       moved = std::max(moved, (point - found.point[which]).norm());
       found.point[which] = point;
     }
     if (moved <= still) break;
   }
+  if (off_normal(found) <= open) {
+    s = found;
+    return;
+  }
+  if (!(s.h < 0)) return;
   found.n = unit(-found.point[0] - found.point[1]);
   found.h = found.n.dot(pair.support(found.n));
-  if (found.h < 0 && found.h <= s.h + rounding && doubt(found) <= std::max(doubt(s), rounding)) s = found;
+  if (!(found.h < 0 && doubt(found) <= std::max(doubt(s), open))) return;
+  found.h = std::min(found.h, s.h);
+  s = found;
 }
 
 /// Makes the points h n apart. The last digit of n moves the point of a flat ellipsoid by that times its radius of
@@ -108,22 +123,19 @@ void straighten_points(const RoundPair& pair, Support& s) {
   const double open = tolerance::place_rounding * pair.scale, rounding = 64 * epsilon * pair.scale;
   for (const int which : {0, 1}) {
     const RoundBody& body = pair.body[which];
+    if (off_normal(s) <= open || project(pair, which, s)) return;
     const Vec3 derived = s.h * s.n - s.point[1 - which];
-    if ((derived - s.point[which]).squaredNorm() <= open * open || project(pair, which, s)) return;
-    const bool is_round =
-        body.kind() == ShapeKind::ellipsoid || body.kind() == ShapeKind::cylinder || body.kind() == ShapeKind::cone;
-    if (is_round && off_surface(body.view(), body.axes().transpose() * (derived - body.centre())) <= rounding)
+    if (is_round(body) && off_surface(body.view(), body.axes().transpose() * (derived - body.centre())) <= rounding)
       s.point[which] = derived;
   }
-  if ((s.h * s.n - s.point[0] - s.point[1]).squaredNorm() > open * open) project_in_turn(pair, s);
+  if (off_normal(s) > open) project_in_turn(pair, open, s);
 }
 
 /// Newton's method may end at an edge of h with the right normal and one end of the other body's edge as the point.
 /// Takes GJK's points and normal if they bound the distance more closely: the distance of the points from above, the
 /// support along the normal from below. Returns the difference of the bounds, which was `gap`.
-double try_gjk(const MinkowskiDifference& d, const RoundPair& pair, double beyond, Support& s, double gap) {
-  const LocalAnswer by_gjk = gjk_signed_distance(d, 0, &s.n, beyond);
-  if (by_gjk.signed_distance > beyond) return gap;  // without points
+double try_gjk(const MinkowskiDifference& d, const RoundPair& pair, Support& s, double gap) {
+  const LocalAnswer by_gjk = gjk_signed_distance(d, 0, &s.n);
   Support found;
   found.n = by_gjk.normal;
   found.h = found.n.dot(pair.support(found.n));
@@ -167,13 +179,14 @@ LocalAnswer round_signed_distance(const MinkowskiDifference& d, const Vec3* star
     gap = depth.gap;
   }
   if (!s.optimal) gap = std::max(gap, doubt(s));
-  if (s.h < 0 && gap > tolerance::no_gap * pair.scale) gap = try_gjk(d, pair, beyond, s, gap);
+  if (s.h < 0 && gap > tolerance::no_gap * pair.scale) gap = try_gjk(d, pair, s, gap);
   // What seemed a deep overlap from the centres, and has no certain depth, may be none.
   if (deep && gap > tolerance::no_gap * pair.scale) {
     const Support descended = minimize(pair, direction(search_portal(d).normal), below);
     if (descended.h < 0) s = descended, gap = s.optimal ? 0 : doubt(s);
   }
   straighten_points(pair, s);
+  if (s.h < below) return farther_than(beyond, -s.h, ra, rb, s.n);
   LocalAnswer answer;
   answer.normal = s.n;
   answer.signed_distance = -s.h - ra - rb;

@@ -535,12 +535,30 @@ void extend_offset(const Hull& hull, Hull::Face& face) {
   extend(hull.vertices[support_kernel()(hull.support, hull.vertices.data(), face.normal.data())]);
 }
 
-// True if a face with this area vector (twice the area or more) is a sliver, whose normal is noise.
-bool is_sliver(std::span<const Vec3> p, const std::vector<std::uint32_t>& loop, const Vec3& area) {
-  double longest2 = 0;
-  for (const std::uint32_t i : loop) longest2 = std::max(longest2, (p[i] - p[loop[0]]).squaredNorm());
-  return !(area.norm() > tolerance::no_area * longest2);
-}
+// The area vector of a face, twice as long as its area, and the longest of its sides and diagonals from the first
+// corner. The cross products' errors of rounding along that one are removed: what is left of them rotates a narrow
+// face's plane about it, and its corners are near that axis.
+struct FaceArea {
+  Vec3 longest = Vec3::Zero(), vector = Vec3::Zero();
+
+  FaceArea(std::span<const Vec3> p, const std::vector<std::uint32_t>& loop) {
+    const Vec3 base = p[loop[0]];
+    const auto try_longer = [&](const Vec3& v) {
+      if (v.squaredNorm() > longest.squaredNorm()) longest = v;
+    };
+    for (std::size_t k = 2; k < loop.size(); ++k) {
+      vector += (p[loop[k - 1]] - base).cross(p[loop[k]] - base);
+      try_longer(p[loop[k - 1]] - base);
+      try_longer(p[loop[k]] - base);
+      try_longer(p[loop[k]] - p[loop[k - 1]]);
+    }
+    // Two passes: the second removes what rounding left of the first.
+    for (int i = 0; i < 2; ++i) vector -= (vector.dot(longest) / longest.squaredNorm()) * longest;
+  }
+
+  // True if the direction is noise.
+  bool is_sliver() const { return !(vector.norm() > tolerance::no_area * longest.squaredNorm()); }
+};
 
 // Collinear corners are an edge between the surrounding faces: such a face gets a normal between theirs. `slivers`: the
 // numbers of these faces.
@@ -610,15 +628,17 @@ Hull assemble(std::span<const Vec3> p, int dimension, const std::vector<std::uin
   for (const auto& loop : loops) {
     Hull::Face face{Vec3::Zero(), 0, static_cast<std::uint32_t>(hull.loop.size()),
                     static_cast<std::uint32_t>(loop.size())};
-    const Vec3 base = p[loop[0]];
-    for (std::size_t k = 2; k < loop.size(); ++k) face.normal += (p[loop[k - 1]] - base).cross(p[loop[k]] - base);
-    if (dimension == 2) face.normal = hull.faces.empty() ? flat_normal : Vec3(-flat_normal);
-    if (dimension == 3 && is_sliver(p, loop, face.normal))
-      slivers.push_back(static_cast<std::uint32_t>(hull.faces.size()));
-    face.normal.normalize();
+    if (dimension == 3) {
+      const FaceArea area(p, loop);
+      if (area.is_sliver()) slivers.push_back(static_cast<std::uint32_t>(hull.faces.size()));
+      face.normal = area.vector.normalized();
+    } else {
+      face.normal = hull.faces.empty() ? flat_normal : Vec3(-flat_normal);
+      face.normal.normalize();
+    }
     meter.spend();
     for (const std::uint32_t i : loop) hull.loop.push_back(place[i]);
-    face.offset = face.normal.dot(base);
+    face.offset = face.normal.dot(p[loop[0]]);
     extend_offset(hull, face);
     hull.faces.push_back(face);
   }

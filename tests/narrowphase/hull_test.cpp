@@ -146,6 +146,26 @@ TEST_CASE("a flat hull keeps its corners and leaves out points on its edges, how
   CHECK(beyond_sides(build_hull(arc), arc) <= 1e-14);
 }
 
+TEST_CASE("a narrow face of a hull bears all its corners, and its normal is perpendicular to its sides") {
+  // Blades: a corner and two points of a nearly straight line of length 1, up to 1e-11 wide, and a corner beside them.
+  Random rng(5);
+  for (int i = 0; i < 400; ++i) {
+    const Mat3 axes = rng.rotation();
+    const double width = std::pow(10, rng.in(-11, -1)), at = rng.in(0.1, 0.9);
+    const Vec3 base = 0.3 * rng.direction();
+    const std::vector<Vec3> corners{base, base + axes.col(0), base + at * axes.col(0) + width * axes.col(1),
+                                    base - rng.in(0.01, 0.5) * axes.col(2)};
+    CAPTURE(i, width);
+    for (const Hull hull = build_hull(corners); const Hull::Face& face : hull.faces)
+      for (std::uint32_t k = 0; k < face.count; ++k) {
+        const Vec3 &from = hull.vertices[hull.loop[face.first + k]],
+                   &to = hull.vertices[hull.loop[face.first + (k + 1) % face.count]];
+        CHECK(std::abs(face.normal.dot(to - from)) <= 1e-15);
+        CHECK(face.offset - face.normal.dot(from) <= 1e-15);
+      }
+  }
+}
+
 TEST_CASE("a hull's face whose corners lie on a line has a normal that bears its corners") {
   // A tetrahedron and the midpoints of its edges, which are exact: Qhull makes triangles of three collinear ones.
   std::vector<Vec3> corners{{-0.7902402877807617, -0.6212806701660156, -0.3888711929321289},
