@@ -38,8 +38,8 @@ endfunction()
 # Instruction sets for which Highway compiles nothing. On ARM all but NEON: vectors whose length only the running
 # processor knows (SVE) fit into no array, and g++ 12 fails on them; Highway before 1.0.5 has NEON only with the AES
 # instructions, which no kernel here uses. SSSE3 without SSE4 was built from 2006 to 2008: not worth a tenth of the
-# kernels' compile time. AVX3_DL, the additions of Ice Lake, has nothing that a kernel uses, and where the flags of all targets
-# ask for it (-march=native on Sapphire Rapids), Highway 1.0.3 compiles nothing at all.
+# kernels' compile time. AVX3_DL, the additions of Ice Lake, has nothing that a kernel uses, and where the flags of all
+# targets ask for it (-march=native on Sapphire Rapids), Highway 1.0.3 compiles nothing at all.
 set(TANDEM_HIGHWAY_OPTIONS)
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "^(aarch64|arm64|ARM64)$")
   include(CheckCXXSourceCompiles)

@@ -75,9 +75,6 @@ Vec3 nearest_of(const ConvexView& v, const Vec3& p) {
   return foot.nearest - core_radius(v) * foot.normal;
 }
 
-/// How far the points are from h n apart, their place along the bodies included.
-double off_normal(const Support& s) { return (s.h * s.n - s.point[0] - s.point[1]).norm(); }
-
 bool is_round(const RoundBody& body) { return body.kind() == ShapeKind::ellipsoid || body.has_circle(); }
 
 /// Moves both points, each to the nearest from the other, until they stay, a flat body's first: a round body's is the
@@ -104,7 +101,7 @@ void project_in_turn(const RoundPair& pair, double open, Support& s) {
     }
     if (moved <= still) break;
   }
-  if (off_normal(found) <= open) {
+  if (residual(found) <= open) {
     s = found;
     return;
   }
@@ -123,12 +120,12 @@ void straighten_points(const RoundPair& pair, Support& s) {
   const double open = tolerance::place_rounding * pair.scale, rounding = 64 * epsilon * pair.scale;
   for (const int which : {0, 1}) {
     const RoundBody& body = pair.body[which];
-    if (off_normal(s) <= open || project(pair, which, s)) return;
+    if (residual(s) <= open || project(pair, which, s)) return;
     const Vec3 derived = s.h * s.n - s.point[1 - which];
     if (is_round(body) && off_surface(body.view(), body.axes().transpose() * (derived - body.centre())) <= rounding)
       s.point[which] = derived;
   }
-  if (off_normal(s) > open) project_in_turn(pair, open, s);
+  if (residual(s) > open) project_in_turn(pair, open, s);
 }
 
 /// Newton's method may end at an edge of h with the right normal and one end of the other body's edge as the point.

@@ -29,9 +29,6 @@ void straighten(const RoundPair& pair, Support& s) {
   if (h <= s.h + rounding && (p - h * n).squaredNorm() < off) s.n = n, s.h = h;
 }
 
-/// The distance of the points' sum from h n.
-double residual(const Support& s) { return (s.point[0] + s.point[1] - s.h * s.n).norm(); }
-
 /// True if the points confirm h n to rounding.
 bool meets(const RoundPair& pair, const Support& s) { return residual(s) <= meeting * pair.scale; }
 
@@ -75,6 +72,8 @@ Support minimize(const RoundPair& pair, const Vec3& n, double below) {
   if (!better(s, settled)) s = settled;
   return found(better(descended, s) ? descended : s);
 }
+
+double residual(const Support& s) { return (s.point[0] + s.point[1] - s.h * s.n).norm(); }
 
 double doubt(const Support& s) { return s.h < 0 ? (s.point[0] + s.point[1]).norm() + s.h : residual(s); }
 

@@ -4,6 +4,9 @@
 
 namespace tandem {
 
+/// The distance of the points' sum from h n, metres: 0 at a minimum.
+double residual(const Support& s);
+
 /// The uncertainty that h and the points, which are on the two bodies, leave (metres): separated, the distance is at
 /// most that of the points and at least -h; overlapping, n may still turn towards the points.
 double doubt(const Support& s);
