@@ -6,8 +6,8 @@
 #include <span>
 
 #include "convex/expanding_polytope.h"
-#include "convex/triangle_height.h"
 #include "lanes/fetch_ahead.h"
+#include "shapes/triangle_height.h"
 #include "shapes/work_meter.h"
 #include "tolerances.h"
 

@@ -5,7 +5,7 @@
 #include <array>
 
 #include "convex/simplex.h"
-#include "convex/triangle_height.h"
+#include "shapes/triangle_height.h"
 #include "tolerances.h"
 
 namespace tandem::epa {

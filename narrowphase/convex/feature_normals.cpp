@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "convex/gjk.h"
-#include "convex/triangle_height.h"
 #include "shapes/hull.h"
+#include "shapes/triangle_height.h"
 #include "tolerances.h"
 
 namespace tandem {

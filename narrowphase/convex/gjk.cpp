@@ -2,7 +2,7 @@
 #include "convex/gjk.h"
 
 #include "convex/descent_kernel.h"
-#include "convex/triangle_height.h"
+#include "shapes/triangle_height.h"
 #include "tolerances.h"
 
 namespace tandem {

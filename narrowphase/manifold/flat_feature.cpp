@@ -7,6 +7,7 @@
 
 #include "shapes/highest_faces.h"
 #include "shapes/hull.h"
+#include "shapes/triangle_height.h"
 #include "tolerances.h"
 
 namespace tandem {
@@ -280,7 +281,8 @@ FlatFeature face_of_hull(const ConvexView& v, const Vec3& d, const FlatFeature* 
     return f;
   }
   if (v.vertices.size() == 3) {
-    const Vec3 n = (v.vertices[1] - v.vertices[0]).cross(v.vertices[2] - v.vertices[0]);
+    const Vec3 &p = v.vertices[0], &q = v.vertices[1], &r = v.vertices[2];
+    const Vec3 n = normal_of(q - p, r - q, p - r);
     const double length = n.norm();
     if (length > 0) {
       const bool front = n.dot(d) >= 0;

@@ -9,10 +9,10 @@
 #include <tuple>
 
 #include "closed_forms/closed_forms.h"
-#include "convex/triangle_height.h"
 #include "meshes/edges_met.h"
 #include "shapes/run_parts.h"
 #include "shapes/shape_insides.h"
+#include "shapes/triangle_height.h"
 #include "shapes/work_meter.h"
 #include "shapes/written.h"
 #include "tolerances.h"

@@ -80,8 +80,8 @@ bool is_round(const RoundBody& body) { return body.kind() == ShapeKind::ellipsoi
 /// Moves both points, each to the nearest from the other, until they stay, a flat body's first: a round body's is the
 /// only one that supports along n, a flat one has a face or an edge of them. Of bodies as short or thin as the accuracy
 /// of n, as a short capsule and a needle, both may be off. Of bodies that overlap, B counts as moved out by h n. Where
-/// the points then are h n apart, n and h stay; else, of separated bodies, n becomes the direction between the points,
-/// if that bounds the distance as closely, to `open`. Else nothing changes.
+/// the points then are h n apart, to `open`, n and h stay; else, of separated bodies, n becomes the direction between
+/// the points, if the support along it fits them better than h n did. Else nothing changes.
 void project_in_turn(const RoundPair& pair, double open, Support& s) {
   constexpr int most_turns = 64;
   const double still = 16 * epsilon * pair.scale;
@@ -108,7 +108,7 @@ void project_in_turn(const RoundPair& pair, double open, Support& s) {
   if (!(s.h < 0)) return;
   found.n = unit(-found.point[0] - found.point[1]);
   found.h = found.n.dot(pair.support(found.n));
-  if (!(found.h < 0 && doubt(found) <= std::max(doubt(s), open))) return;
+  if (!(found.h < 0 && doubt(found) < residual(s))) return;
   found.h = std::min(found.h, s.h);
   s = found;
 }

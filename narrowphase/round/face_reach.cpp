@@ -1,7 +1,7 @@
 // The support of a polytope and a round body along the polytope's face normals.
 #include "round/face_reach.h"
 
-#include "convex/triangle_height.h"
+#include "shapes/triangle_height.h"
 
 namespace tandem {
 namespace {

@@ -551,6 +551,20 @@ TEST_CASE("manifold: over a triangle a face is cut as by any other face, also wh
   CHECK(std::min(some, none) > 300);
 }
 
+TEST_CASE("manifold: the plane of a mesh's sliver passes through its corners") {
+  Random random(9);
+  for (int i = 0; i < 4000; ++i) {
+    const Vec3 along = random.direction(), across = along.unitOrthogonal(), first = random.vec(-0.5, 0.5);
+    const double height = std::pow(10.0, -random.in(0, 12));
+    const std::array corners{first, Vec3(first + along), Vec3(first + random.unit() * along + height * across)};
+    const TriangleView sliver(corners);
+    const FlatFeature face = best_face(sliver, random.direction());
+    CAPTURE(i, height);
+    REQUIRE(face.count == 3);
+    for (int k = 1; k < 3; ++k) CHECK(std::abs(face.normal.dot(face.corner[k] - face.corner[0])) < 1e-15);
+  }
+}
+
 TEST_CASE("contacts within a margin of the distance, or of a few last digits more or less, lie between the surfaces") {
   Random r(5);
   std::vector<ShapeKind> kinds(std::begin(bounded_convex), std::end(bounded_convex));
@@ -576,9 +590,9 @@ TEST_CASE("contacts within a margin of the distance, or of a few last digits mor
         for (const Contact& c : contacts)
           for (const bool of_b : {false, true}) {
             const Pose there{Mat3::Identity(), c.point + (of_b ? -0.5 : 0.5) * c.depth * c.normal};
-            const double off =
-                NarrowPhase().solve(of_b ? b : a, of_b ? pb : pa, Shape(Sphere{0}), there, Request::distance)
-                    .signed_distance;
+            const double off = NarrowPhase()
+                                   .solve(of_b ? b : a, of_b ? pb : pa, Shape(Sphere{0}), there, Request::distance)
+                                   .signed_distance;
             CHECK(std::abs(off) < 1e-7);
           }
       }

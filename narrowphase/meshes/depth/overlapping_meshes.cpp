@@ -6,13 +6,13 @@
 #include <cstddef>
 #include <utility>
 
-#include "convex/triangle_height.h"
 #include "meshes/depth/off_parts.h"
 #include "meshes/traversal/hierarchy.h"
 #include "meshes/traversal/mesh_nearest.h"
 #include "pairs/convex_pair.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
+#include "shapes/triangle_height.h"
 #include "shapes/unit_vector.h"
 #include "shapes/work_meter.h"
 #include "tolerances.h"

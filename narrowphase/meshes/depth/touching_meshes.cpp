@@ -6,7 +6,6 @@
 #include <optional>
 #include <vector>
 
-#include "convex/triangle_height.h"
 #include "meshes/traversal/least_translation.h"
 #include "meshes/traversal/mesh_nearest.h"
 #include "meshes/traversal/touching_faces.h"
@@ -14,6 +13,7 @@
 #include "shapes/lent_memory.h"
 #include "shapes/mesh_model.h"
 #include "shapes/shape_insides.h"
+#include "shapes/triangle_height.h"
 #include "shapes/work_meter.h"
 #include "tolerances.h"
 

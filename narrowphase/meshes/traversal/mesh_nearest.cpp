@@ -8,7 +8,6 @@
 #include <memory_resource>
 #include <span>
 
-#include "convex/triangle_height.h"
 #include "meshes/traversal/hierarchy.h"
 #include "pairs/convex_pair.h"
 #include "shapes/lent_memory.h"
@@ -16,6 +15,7 @@
 #include "shapes/pair_order.h"
 #include "shapes/shape_insides.h"
 #include "shapes/skewness.h"
+#include "shapes/triangle_height.h"
 #include "shapes/unit_vector.h"
 #include "tolerances.h"
 

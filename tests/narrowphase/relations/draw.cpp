@@ -9,6 +9,7 @@
 #include "settle.h"
 #include "shapes/hull.h"
 #include "shapes/shape_insides.h"
+#include "slivers.h"
 #include "tandem/narrowphase/narrow_phase.h"
 #include "unusual.h"
 
@@ -337,6 +338,7 @@ PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
   if (options.unusual) make_unusual(p, r);
   if (options.deep) put_deep(p, r);
   if (options.settled) settle(p, r);
+  if (options.slivers) set_on_sliver(p, r);
   return p;
 }
 

@@ -23,6 +23,7 @@ struct DrawOptions {
   bool unusual = false;  ///< modified by `make_unusual`
   bool deep = false;     ///< B, often much smaller, is about the middle of A
   bool settled = false;  ///< brought to rest by `settle`
+  bool slivers = false;  ///< set on a sliver by `set_on_sliver`
 };
 
 /// The pair for a seed. Sizes within 1 or ratios up to 1e8; plump shapes, flat and thin ones to 1e-8, points, collinear

@@ -49,6 +49,7 @@ struct Options {
   bool unusual = false;             // rare constructions (unusual.h)
   bool deep = false;                // B about the middle of A
   bool settled = false;             // B at rest against A
+  bool slivers = false;             // B on the face of a sliver
   bool raw = false;                 // without minimisation
   bool list = false;                // prints the pairs without checking them
   bool table = false;               // counts by kinds and relation, too
@@ -263,7 +264,7 @@ int run_records(const Options& options) {
 int run_random(const Options& options) {
   const DrawOptions draw{kind_of(options.a), kind_of(options.b), read_meshes(options.meshes, options.largest_mesh),
                          options.needles,    options.rounded,    options.unusual,
-                         options.deep,       options.settled};
+                         options.deep,       options.settled,    options.slivers};
   if (options.list) {
     for (std::uint64_t seed = options.seed; seed < options.seed + options.pairs; ++seed)
       std::puts(record(draw_pair(seed, draw), std::to_string(seed)).c_str());
@@ -303,6 +304,9 @@ int main(int argc, char** argv) {
   app.add_flag("--deep", options.deep, "B, often much smaller, is about the middle of A");
   app.add_flag("--settled", options.settled,
                "B rests against A, often a solid with corners, or is sunk into it a little");
+  app.add_flag("--slivers", options.slivers,
+               "A is a sliver, as triangle, hull, thin tetrahedron or mesh; B is set on its face")
+      ->excludes(kind_of_a);
   app.add_option("--threads", options.threads, "number of threads, 0: one for each core; results do not depend on it")
       ->check(CLI::NonNegativeNumber);
   app.add_flag("--table", options.table, "also print failures by kinds and relation as a Markdown table");
