@@ -19,9 +19,6 @@ namespace {
 // Functions that draw several numbers draw each in a statement of its own: the order of evaluation within an expression
 // differs between compilers and processors, and a seed must give the same pair on all.
 
-/// 10^-u, u uniform in [0, most].
-double small(Random& r, double most) { return std::pow(10.0, -r.in(0, most)); }
-
 /// Numbers of few bits, so that midpoints and sums are exact.
 double rounded(double x) { return std::round(x * 0x1p20) * 0x1p-20; }
 Vec3 rounded(const Vec3& v) { return {rounded(v.x()), rounded(v.y()), rounded(v.z())}; }
@@ -76,11 +73,11 @@ std::array<Vec3, 3> corners(Random& r, Build build) {
 ShapeData needle(Random& r) {
   if (r.once_in(2)) {
     const Vec3 p = point(r, Build::degenerate), q = point(r, Build::degenerate);
-    return Triangle{{p, q, near_line(r, p, q, [&] { return std::pow(10.0, -r.in(5, 16)); })}};
+    return Triangle{{p, q, near_line(r, p, q, [&] { return small(r, 5, 16); })}};
   }
   Convex c;
-  const double broad = r.once_in(3) ? 1 : std::pow(10.0, -r.in(4, 8));
-  const Vec3 stretch(std::pow(10.0, -r.in(4, 8)), broad, 1);
+  const double broad = r.once_in(3) ? 1 : small(r, 4, 8);
+  const Vec3 stretch(small(r, 4, 8), broad, 1);
   for (int n = 3 + r.below(12); n > 0; --n) c.vertices.push_back(point(r, Build::degenerate).cwiseProduct(stretch));
   return c;
 }
@@ -304,7 +301,7 @@ PosedPair draw_pair(std::uint64_t seed, const DrawOptions& options) {
   p.a.shape = options.needles ? needle(r) : draw_shape(ka, r, build, options.meshes);
   p.b.shape = draw_shape(kb, r, build, options.meshes);
   if (options.needles)
-    scale(p.b.shape, std::pow(10.0, -r.in(3, 8)));
+    scale(p.b.shape, small(r, 3, 8));
   else if (r.once_in(4))
     scale(p.b.shape, exact ? std::ldexp(1.0, -r.below(27)) : small(r, 8));
   if (options.rounded) {

@@ -271,7 +271,7 @@ std::string lanes(const Case& c, Random& random) {
     Placed p{&c.a, c.pair.a.pose, &c.b, c.pair.b.pose};
     if (k > 1) {
       const Vec3 along = random.direction();
-      p.pose_b.translation += std::pow(10.0, -random.in(0, 12)) * c.unit * along;
+      p.pose_b.translation += small(random, 12) * c.unit * along;
     }
     if (random.once_in(6)) p.pose_b.rotation = p.pose_a.rotation;
     if (random.once_in(8) && c.a.is_bounded()) p.b = &c.a;

@@ -1,6 +1,7 @@
 // A pair in the form in which relations modify it: shapes as a user specifies them, so that they can be scaled,
 // permuted and printed.
 #pragma once
+#include <cmath>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -13,6 +14,10 @@
 namespace tandem::relations {
 
 using reference::Random;
+
+/// 10^-u, u uniform in [least, most].
+inline double small(Random& r, double least, double most) { return std::pow(10.0, -r.in(least, most)); }
+inline double small(Random& r, double most) { return small(r, 0, most); }
 
 /// In the order of ShapeKind.
 using ShapeData =

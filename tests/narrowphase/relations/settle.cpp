@@ -117,7 +117,7 @@ void settle_drawn(PosedPair& p, Random& r) {
   const Vec3 first = is_room ? r.direction() : Vec3(-direction);
   for (const Vec3& n : slide(p, a, b, first, r)) {
     if (r.once_in(2)) continue;
-    const double sunk = std::pow(10.0, -r.in(most_sunk, least_sunk)) * reach(p.b);
+    const double sunk = small(r, most_sunk, least_sunk) * reach(p.b);
     p.b.pose.translation -= sunk * n;
   }
 }

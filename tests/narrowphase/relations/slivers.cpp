@@ -15,9 +15,6 @@ namespace {
 constexpr double narrowest = 12;  // decimal exponent of a sliver's height, of its length
 constexpr double smallest = 8;    // the same of B's size
 
-/// 10^-u, u uniform in [least, most].
-double small(Random& r, double least, double most) { return std::pow(10.0, -r.in(least, most)); }
-
 /// A triangle with its unit normal.
 struct Sliver {
   std::array<Vec3, 3> corners;
@@ -27,7 +24,7 @@ struct Sliver {
     const Mat3 axes = r.rotation();
     const Vec3 from = r.vec(-0.3, 0.3), along = axes.col(0), across = axes.col(1);
     const double over = r.unit();
-    corners = {from, from + along, from + over * along + small(r, 0, narrowest) * across};
+    corners = {from, from + along, from + over * along + small(r, narrowest) * across};
     normal = axes.col(2);
     if (r.once_in(2)) std::swap(corners[0], corners[1]);
     if (r.once_in(2)) std::swap(corners[1], corners[2]);
@@ -37,7 +34,10 @@ struct Sliver {
   Vec3 point(Random& r) const {
     double weight[3];
     for (double& w : weight) w = r.in(1e-3, 1);
-    if (r.once_in(2)) weight[r.below(3)] *= small(r, 0, 16);
+    if (r.once_in(2)) {
+      const double less = small(r, 16);
+      weight[r.below(3)] *= less;
+    }
     const double sum = weight[0] + weight[1] + weight[2];
     return (weight[0] / sum) * corners[0] + (weight[1] / sum) * corners[1] + (weight[2] / sum) * corners[2];
   }
@@ -52,7 +52,7 @@ ShapeData shape_of(const Sliver& s, Random& r) {
       return Convex{corners};
     case 2: {
       Convex blade{corners};
-      blade.vertices.push_back(corners[0] - small(r, 0, narrowest) * s.normal);
+      blade.vertices.push_back(corners[0] - small(r, narrowest) * s.normal);
       return blade;
     }
     default:
@@ -94,11 +94,12 @@ void change(PosedPair& p, Random& r) {
   const Sliver sliver(r);
   p.a = {shape_of(sliver, r), Pose{}};
   if (p.b.kind() == ShapeKind::halfspace || p.b.kind() == ShapeKind::plane) return;
-  const double size = small(r, 0, smallest), drawn = reach(p.b);
+  const double size = small(r, smallest), drawn = reach(p.b);
   if (drawn > 0) scale(p.b.shape, size / drawn);
   p.b.rounding = 0;
   p.b.pose = {rotation_on(sliver, r), Vec3::Zero()};
-  const Vec3 to = sliver.point(r) + gap(size, r) * sliver.normal;
+  const double off = gap(size, r);
+  const Vec3 to = sliver.point(r) + off * sliver.normal;
   p.b.pose.translation = to - lowest(p.b, sliver.normal);
 }
 

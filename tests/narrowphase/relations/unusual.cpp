@@ -13,8 +13,6 @@ namespace {
 
 constexpr int most_triangles = 600;  // of a changed mesh: larger ones take as long as all others together
 
-double small(Random& r, double most) { return std::pow(10.0, -r.in(0, most)); }
-
 /// A rotation by 1e-16 to 1e-3 radians, or none.
 Mat3 slight_turn(Random& r) {
   if (r.once_in(3)) return Mat3::Identity();
