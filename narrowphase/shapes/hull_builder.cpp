@@ -17,6 +17,7 @@
 #include "shapes/hull_rays.h"
 #include "shapes/metered_sort.h"
 #include "shapes/support_kernel.h"
+#include "shapes/triangle_height.h"
 #include "shapes/work_meter.h"
 #include "tolerances.h"
 
@@ -552,8 +553,7 @@ struct FaceArea {
       try_longer(p[loop[k]] - base);
       try_longer(p[loop[k]] - p[loop[k - 1]]);
     }
-    // Two passes: the second removes what rounding left of the first.
-    for (int i = 0; i < 2; ++i) vector -= (vector.dot(longest) / longest.squaredNorm()) * longest;
+    vector = perpendicular_part(vector, longest);
   }
 
   // True if the direction is noise.

@@ -4,16 +4,21 @@
 
 namespace tandem {
 
+/// The part of v perpendicular to `along`; v where that is zero.
+inline Vec3 perpendicular_part(Vec3 v, const Vec3& along) {
+  const double length2 = along.squaredNorm();
+  // Two passes: the second removes what rounding left of the first.
+  for (int i = 0; i < 2 && length2 > 0; ++i) v -= (v.dot(along) / length2) * along;
+  return v;
+}
+
 /// A side of a triangle, and the height vector from it to the opposite corner.
 struct Height {
   Vec3 side, height;
 
-  Height(const Vec3& along, const Vec3& slant) : side(along), height(slant) {
-    const double length2 = along.squaredNorm();
-    // Two passes: the second removes what rounding left of the first.
-    for (int i = 0; i < 2 && length2 > 0; ++i) height -= (height.dot(side) / length2) * side;
-  }
+  Height(const Vec3& along, const Vec3& slant) : side(along), height(perpendicular_part(slant, along)) {}
 };
+
 /// The height over the longest side: the rounding error of a sliver's normal, side x height, is then a rotation about
 /// that side only, near which its corners are.
 inline Height height_of(const Vec3& ab, const Vec3& bc, const Vec3& ca) {
